@@ -1,0 +1,1 @@
+"""Learns where to fly: environments, learners, baselines and evaluation."""

@@ -1,0 +1,178 @@
+"""What a run is told to do: one TOML file, a typed section for each room.
+
+The orchestrator reads it once, writes it resolved into the run directory, and starts every process on that copy.
+"""
+
+from pathlib import Path
+from typing import Annotated, Literal, TypeAlias
+
+import msgspec
+from msgspec import Meta, Struct, field
+
+from protocol.camera import DepthNoise
+from protocol.errors import InvalidConfig
+
+Positive: TypeAlias = Annotated[float, Meta(gt=0)]
+NotNegative: TypeAlias = Annotated[float, Meta(ge=0)]
+Fraction: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
+Count: TypeAlias = Annotated[int, Meta(ge=1)]
+CountOrNone: TypeAlias = Annotated[int, Meta(ge=0)]
+
+
+class _Section(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Root of every section: a field that nobody knows is an error, not a surprise."""
+
+
+class TimeoutsConfig(_Section, frozen=True):
+    """Seconds. `call` bounds one request from send to reply, retries included."""
+
+    call: Positive = 30.0
+    startup: Positive = 120.0
+    heartbeat: Positive = 0.5
+
+
+class RenderConfig(_Section, frozen=True):
+    """Render workers: `threads` are the rasteriser's (llvmpipe), 0 for the calling thread alone."""
+
+    workers: Count = 1
+    threads: CountOrNone = 0
+    bodies: str | None = None
+
+
+class PerceptionConfig(_Section, frozen=True):
+    """Perception workers.
+
+    Attributes:
+        network: an ONNX file of the same outputs as the default network's, or none for the default.
+        backend: what runs it; `auto` is OpenVINO where there is no GPU, ONNX Runtime elsewhere.
+        precision: OpenVINO's; left to itself it would pick by the CPU, and the heatmaps would change.
+        rows, columns: the network's input size, multiples of 8.
+        crop: with `person`, a second pass on the part of the image where the first one found somebody.
+        prefetch: requests in hand at once, so that one is rendered while another is inferred.
+    """
+
+    workers: Count = 1
+    network: str | None = None
+    backend: Literal["auto", "openvino", "onnxruntime"] = "auto"
+    precision: Literal["f32", "bf16"] = "f32"
+    threads: Count = 1
+    rows: Annotated[int, Meta(ge=64, le=2048, multiple_of=8)] = 240
+    columns: Annotated[int, Meta(ge=64, le=2048, multiple_of=8)] = 320
+    crop: Literal["none", "person"] = "none"
+    peak_threshold: Fraction = 0.1
+    prefetch: Count = 2
+
+
+class CameraConfig(_Section, frozen=True):
+    """The drone's camera; `horizontal_fov` in degrees."""
+
+    width: Annotated[int, Meta(ge=16, le=8192)] = 640
+    height: Annotated[int, Meta(ge=16, le=8192)] = 480
+    horizontal_fov: Annotated[float, Meta(gt=1, lt=170)] = 70.0
+    depth_noise: DepthNoise = "none"
+
+
+class EnvironmentConfig(_Section, frozen=True):
+    """`vantage/Hover-v0` (seed, section 4.3.1). Lengths in metres, times in seconds.
+
+    Attributes:
+        beta: weight of uncertainty against distance in the reward grows from 1 - 1/beta to 1 over an episode.
+        front_distance: how far in front of the person the point is that early rewards draw the robot to.
+        uncertainty_scale: factor on the trace of the filter's posterior covariance, R1 of the reward.
+        distance_scale: factor on the distance to the point in front, R2 of the reward.
+        penalty: reward of the step that crashes or leaves the workspace, added to the usual one.
+        success_threshold: weighted uncertainty (0 to 10) below which an episode's end counts as a success.
+    """
+
+    num_envs: Count = 4
+    episode_steps: Count = 100
+    step_duration: Positive = 0.5
+    beta: Annotated[float, Meta(gt=1)] = 2.0
+    front_distance: Positive = 2.5
+    uncertainty_scale: Positive = 1 / 54
+    distance_scale: Positive = 1 / 9
+    penalty: Annotated[float, Meta(lt=0)] = -200.0
+    keep_out: Positive = 1.5
+    half_width: Positive = 9.0
+    lowest: Positive = 0.5
+    highest: Positive = 4.0
+    success_threshold: Positive = 1.6
+    camera: CameraConfig = CameraConfig()
+
+
+class SacConfig(_Section, frozen=True):
+    """Soft actor-critic (seed, section 4.3.2)."""
+
+    hidden: tuple[Count, ...] = (256, 256)
+    memory: Count = 100_000
+    batch: Count = 256
+    updates_per_step: Positive = 1.0
+    learning_rate: Positive = 3e-4
+    discount: Fraction = 0.98
+    polyak: Fraction = 0.005
+    initial_entropy: Positive = 0.2
+
+
+class PpoConfig(_Section, frozen=True):
+    """Proximal policy optimisation on the same environment."""
+
+    hidden: tuple[Count, ...] = (256, 256)
+    rollout: Count = 128
+    epochs: Count = 8
+    minibatches: Count = 4
+    learning_rate: Positive = 3e-4
+    discount: Fraction = 0.98
+    gae_lambda: Fraction = 0.95
+    clip: Positive = 0.2
+    entropy: NotNegative = 0.0
+
+
+class LearnerConfig(_Section, frozen=True):
+    """Which learner, and the settings of each: changing `algorithm` alone changes the learner."""
+
+    algorithm: Literal["sac", "ppo"] = "sac"
+    sac: SacConfig = SacConfig()
+    ppo: PpoConfig = PpoConfig()
+
+
+class TrainingConfig(_Section, frozen=True):
+    """`steps` counts environment steps while learning; `prefill`, those of scripted flights before it."""
+
+    steps: Count = 10_000
+    prefill: CountOrNone = 1_000
+    log_every: Count = 100
+
+
+class EvaluationConfig(_Section, frozen=True):
+    """Flights on test identities; every policy flies the same scenes."""
+
+    episodes: Count = 20
+    first_seed: int = 1_000_000
+    baselines: tuple[Literal["stay", "random", "circle", "front"], ...] = ("stay", "random", "circle", "front")
+
+
+class RunConfig(_Section, frozen=True):
+    """All that a run depends on, but the machines it runs on."""
+
+    seed: Annotated[int, Meta(ge=0, lt=2**31)] = 0
+    timeouts: TimeoutsConfig = TimeoutsConfig()
+    render: RenderConfig = RenderConfig()
+    perception: PerceptionConfig = PerceptionConfig()
+    environment: EnvironmentConfig = EnvironmentConfig()
+    learner: LearnerConfig = LearnerConfig()
+    training: TrainingConfig = field(default_factory=TrainingConfig)
+    evaluation: EvaluationConfig = field(default_factory=EvaluationConfig)
+
+
+def load_config(path: Path) -> RunConfig:
+    """Read a run's configuration.
+
+    Raises:
+        InvalidConfig: the file is missing, is no TOML, names an unknown field or has a value out of range.
+    """
+    try:
+        return msgspec.toml.decode(path.read_bytes(), type=RunConfig)
+    except OSError as error:
+        raise InvalidConfig(f"can't read the configuration {path}: {error.strerror}") from error
+    except msgspec.MsgspecError as error:
+        raise InvalidConfig(f"{path}: {error}") from error

@@ -1,0 +1,93 @@
+"""What can go wrong between processes.
+
+VantageError
+├── CallFailed            the request got no good answer
+│   ├── DeadlineExceeded    none in time
+│   ├── WorkerLost          its worker died or was replaced, and no other took it
+│   └── Rejected            the worker answered with a Failure (has .code, .retryable)
+├── ProtocolError         what arrived breaks the protocol
+│   ├── VersionMismatch     no version that both sides speak
+│   ├── MalformedMessage    it can't be decoded, or its values are out of range
+│   └── LimitExceeded       it is larger than what this side takes
+├── AddressUnavailable    an address can't be bound or is no address
+├── NotPermitted          no key, or not the key for this role
+├── InvalidConfig         a configuration names an unknown field or an impossible value
+├── InvalidInput          a value handed to us is out of range (a NaN action, an image of the wrong shape)
+├── ArtifactError         a file that set-up makes (bodies, networks) can't be used
+│   ├── ArtifactMissing
+│   └── ArtifactDamaged
+└── Unavailable           this machine lacks something (EGL, a display driver, an inference provider)
+"""
+
+
+class VantageError(Exception):
+    """Root of every error that Vantage raises on purpose."""
+
+
+class CallFailed(VantageError):
+    """A request got no good answer."""
+
+
+class DeadlineExceeded(CallFailed):
+    """No answer came before the call's deadline."""
+
+
+class WorkerLost(CallFailed):
+    """The worker that held the request died or was replaced, and no other took it."""
+
+
+class Rejected(CallFailed):
+    """The worker answered with a `Failure`."""
+
+    def __init__(self, message: str, *, code: str, retryable: bool) -> None:
+        super().__init__(message)
+        self.code = code
+        self.retryable = retryable
+
+
+class ProtocolError(VantageError):
+    """What arrived breaks the protocol."""
+
+
+class VersionMismatch(ProtocolError):
+    """There is no protocol version that both sides speak."""
+
+
+class MalformedMessage(ProtocolError):
+    """A message can't be decoded, or its values are out of range."""
+
+
+class LimitExceeded(ProtocolError):
+    """A message is larger than what this side takes."""
+
+
+class AddressUnavailable(VantageError):
+    """An address can't be bound (it is in use) or is no address."""
+
+
+class NotPermitted(VantageError):
+    """No key, or not the key for this role."""
+
+
+class InvalidConfig(VantageError):
+    """A configuration names an unknown field or an impossible value."""
+
+
+class InvalidInput(VantageError):
+    """A value handed to us is out of range, such as a NaN action or an image of the wrong shape."""
+
+
+class ArtifactError(VantageError):
+    """A file that set-up makes (bodies, networks) can't be used."""
+
+
+class ArtifactMissing(ArtifactError):
+    """The file is not there; the message says which command makes it."""
+
+
+class ArtifactDamaged(ArtifactError):
+    """The file is there and is not what it should be (truncated, a wrong checksum)."""
+
+
+class Unavailable(VantageError):
+    """This machine lacks something, such as EGL or an inference provider."""

@@ -1,0 +1,190 @@
+"""Every message of version 1 of the wire, and the number that stands for each.
+
+A number is never used again for another message, and a field is only ever added, with a default (docs/protocol.md).
+"""
+
+from enum import StrEnum
+from typing import Any
+
+from msgspec import Struct
+
+from protocol.camera import Camera
+from protocol.frame import Frame
+from protocol.message import Reply, Request
+from protocol.observation import FilterState, Observation
+from protocol.scene import Scene, Split
+
+PROTOCOL_VERSION = 1
+OLDEST_PROTOCOL_VERSION = 1
+
+
+class Role(StrEnum):
+    """What a process is."""
+
+    RENDER = "render"
+    PERCEPTION = "perception"
+    AGENT = "agent"
+    ORCHESTRATOR = "orchestrator"
+
+
+class State(StrEnum):
+    """Where a worker stands in its life."""
+
+    STARTING = "starting"
+    READY = "ready"
+    BUSY = "busy"
+    DRAINING = "draining"
+
+
+class Welcome(Reply, frozen=True, eq=False, kw_only=True):
+    """The answer to `Hello`: the version that both will speak, and who answers."""
+
+    version: int
+    role: Role
+    incarnation: str
+    capabilities: dict[str, str] = {}
+    heartbeat: float
+
+
+class Hello(Request[Welcome], frozen=True, eq=False, kw_only=True):
+    """The first message on every connection: the versions that the sender speaks, and who it is."""
+
+    oldest_version: int = OLDEST_PROTOCOL_VERSION
+    newest_version: int = PROTOCOL_VERSION
+    role: Role
+    incarnation: str
+
+
+class Pong(Reply, frozen=True, eq=False, kw_only=True):
+    """How a worker is.
+
+    Attributes:
+        incarnation: changes when the process is started again.
+        progress: requests answered so far; it moves while work is queued, or the worker hangs.
+        queue_depth: requests taken and not yet answered.
+        resident_bytes: memory of the process.
+    """
+
+    incarnation: str
+    state: State
+    progress: int
+    queue_depth: int
+    resident_bytes: int
+
+
+class Ping(Request[Pong], frozen=True, eq=False):
+    """Answered by the I/O thread, also while a handler computes."""
+
+
+class Drained(Reply, frozen=True, eq=False):
+    """No request is in hand any more."""
+
+
+class Drain(Request[Drained], frozen=True, eq=False):
+    """Finish what is in hand, take no more."""
+
+
+class Sampled(Reply, frozen=True, eq=False, kw_only=True):
+    """A scene drawn from the seed that was asked for."""
+
+    scene: Scene
+
+
+class SampleScene(Request[Sampled], frozen=True, eq=False, kw_only=True):
+    """Draw a scene; the same seed and split give the same scene on every worker."""
+
+    seed: int
+    split: Split
+
+
+class Render(Request[Frame], frozen=True, eq=False, kw_only=True):
+    """Draw a scene as a camera sees it; with `truth`, the frame has the true joints and which of them are visible."""
+
+    scene: Scene
+    camera: Camera
+    truth: bool = False
+
+
+class Perceive(Request[Observation], frozen=True, eq=False, kw_only=True):
+    """Estimate the pose in a frame at hand, as a camera or a recording sends it."""
+
+    frame: Frame
+    filter: FilterState
+    heatmaps: bool = False
+
+
+class Observe(Request[Observation], frozen=True, eq=False, kw_only=True):
+    """Have a scene rendered and estimate the pose in it; the frame goes from renderer to perceiver, and no further."""
+
+    scene: Scene
+    camera: Camera
+    filter: FilterState
+    truth: bool = False
+    heatmaps: bool = False
+
+
+class WorkerRecord(Struct, frozen=True, kw_only=True):
+    """One worker as the orchestrator knows it."""
+
+    role: Role
+    address: str
+    incarnation: str
+    state: State
+
+
+class Registered(Reply, frozen=True, eq=False):
+    """The worker is in the orchestrator's table."""
+
+
+class Register(Request[Registered], frozen=True, eq=False, kw_only=True):
+    """Enter a worker in the orchestrator's table, or its new state."""
+
+    worker: WorkerRecord
+
+
+class Workers(Reply, frozen=True, eq=False, kw_only=True):
+    """The workers of the role that was asked for."""
+
+    workers: tuple[WorkerRecord, ...]
+
+
+class Lookup(Request[Workers], frozen=True, eq=False, kw_only=True):
+    """Who serves a role, and where."""
+
+    role: Role
+
+
+class Failure(Reply, frozen=True, eq=False, kw_only=True):
+    """A request could not be answered.
+
+    Attributes:
+        code: stable word for programs: the name of the error, such as `invalid-input` or `draining`.
+        message: what happened and what to do, for people.
+        retryable: whether the same request may succeed elsewhere or later.
+    """
+
+    code: str
+    message: str
+    retryable: bool = False
+
+
+MESSAGE_NUMBERS: dict[type[Request[Any]] | type[Reply], int] = {
+    Hello: 1,
+    Welcome: 2,
+    Ping: 3,
+    Pong: 4,
+    Drain: 5,
+    Drained: 6,
+    Register: 7,
+    Registered: 8,
+    Lookup: 9,
+    Workers: 10,
+    Failure: 11,
+    SampleScene: 16,
+    Sampled: 17,
+    Render: 18,
+    Frame: 19,
+    Perceive: 20,
+    Observe: 21,
+    Observation: 22,
+}

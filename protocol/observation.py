@@ -1,0 +1,75 @@
+"""What a perception worker makes of a frame: where each joint is, and how sure we are of it."""
+
+import numpy as np
+
+from protocol.arrays import BoolArray, Float32Array, Float64Array, require_shape
+from protocol.camera import Vector3
+from protocol.message import Reply, Value
+from protocol.skeleton import JOINT_COUNT
+
+INITIAL_VARIANCE = 1.0
+BASE_PROCESS_NOISE = 0.01
+
+
+class FilterState(Value, frozen=True, eq=False):
+    """The Kalman filter over 18 joints at rest (seed, section 3.3.4). It travels: out with a request, back updated.
+
+    Attributes:
+        mean: (18, 3) world frame, metres.
+        variance: (18, 3) diagonal of the posterior covariance, m².
+        process_noise: (18,) diagonal of Q for each joint, m²; it grows while a joint is not seen.
+        seen: (18,) whether the joint was ever observed.
+    """
+
+    mean: Float64Array
+    variance: Float64Array
+    process_noise: Float64Array
+    seen: BoolArray
+
+    def __post_init__(self) -> None:
+        require_shape("mean", self.mean, (JOINT_COUNT, 3))
+        require_shape("variance", self.variance, (JOINT_COUNT, 3))
+        require_shape("process_noise", self.process_noise, (JOINT_COUNT,))
+        require_shape("seen", self.seen, (JOINT_COUNT,))
+
+    @classmethod
+    def initial(cls, mean: Vector3 = (0.0, 0.0, 0.0)) -> "FilterState":
+        """Nothing seen yet: every joint at `mean` with a variance of 1 m²."""
+        return cls(
+            mean=np.tile(np.asarray(mean, float), (JOINT_COUNT, 1)),
+            variance=np.full((JOINT_COUNT, 3), INITIAL_VARIANCE),
+            process_noise=np.full(JOINT_COUNT, BASE_PROCESS_NOISE),
+            seen=np.zeros(JOINT_COUNT, bool),
+        )
+
+
+class Observation(Reply, frozen=True, eq=False, kw_only=True):
+    """Joints, their quality, and the filter after this frame.
+
+    Attributes:
+        keypoints: (18, 2) pixels x, y in the frame; NaN where a joint was not detected.
+        points: (18, 3) world frame, metres; NaN where a joint was not located.
+        mass, height, distance, quality: (18,) in [0, 1], 1 is best (seed, section 3.3); 0 where not detected.
+        filter: the state to send with the next frame.
+        heatmaps: (19, rows, columns) the network's output, where it was asked for.
+        joints, visible: the truth that came with the frame, where it was asked for.
+        timings: seconds by stage: render, infer, decode, lift, qoe, filter, and transport between the workers.
+    """
+
+    keypoints: Float64Array
+    points: Float64Array
+    mass: Float64Array
+    height: Float64Array
+    distance: Float64Array
+    quality: Float64Array
+    filter: FilterState
+    heatmaps: Float32Array | None = None
+    joints: Float64Array | None = None
+    visible: BoolArray | None = None
+    timings: dict[str, float] = {}
+
+    def __post_init__(self) -> None:
+        require_shape("keypoints", self.keypoints, (JOINT_COUNT, 2))
+        require_shape("points", self.points, (JOINT_COUNT, 3))
+        for name in ("mass", "height", "distance", "quality"):
+            require_shape(name, getattr(self, name), (JOINT_COUNT,))

@@ -1,0 +1,87 @@
+"""What a training writes down as it goes: one JSON object a line or a file, in the run directory.
+
+The agent writes them, the orchestrator and people read them; none is needed to go on with a run.
+"""
+
+from typing import Literal, TypeAlias
+
+from msgspec import Struct
+
+Outcome: TypeAlias = Literal["flying", "truncated", "too_close", "out_of_workspace"]
+Stage: TypeAlias = Literal["render", "infer", "decode", "lift", "qoe", "filter", "transport", "learn"]
+
+
+class Progress(Struct, frozen=True, kw_only=True):
+    """Where a training stands.
+
+    Attributes:
+        phase: what the agent is doing.
+        step, steps: environment steps done and to do in this phase.
+        steps_per_second: over the last few seconds.
+        episode_return, uncertainty: mean over the last 20 finished episodes; none before the first.
+        stages: median seconds an environment step spends in each stage, over the last few hundred steps.
+    """
+
+    time: float
+    phase: Literal["prefill", "training", "evaluation", "done"]
+    step: int
+    steps: int
+    episodes: int
+    steps_per_second: float
+    episode_return: float | None = None
+    uncertainty: float | None = None
+    stages: dict[Stage, float] = {}
+
+
+class Episode(Struct, frozen=True, kw_only=True):
+    """One finished flight; `uncertainty` is the weighted one (0 to 10) at its last step."""
+
+    number: int
+    seed: int
+    policy: str
+    total_reward: float
+    length: int
+    outcome: Outcome
+    uncertainty: float
+    success: bool
+
+
+class Summary(Struct, frozen=True, kw_only=True):
+    """A training at its end; `stages` are median seconds an environment step."""
+
+    steps: int
+    episodes: int
+    updates: int
+    seconds: float
+    steps_per_second: float
+    stages: dict[Stage, float]
+    late_replies: int
+    retries: int
+
+
+class Interval(Struct, frozen=True):
+    """A mean and its 95% confidence interval."""
+
+    mean: float
+    low: float
+    high: float
+
+
+class PolicyScore(Struct, frozen=True, kw_only=True):
+    """How one policy flew the evaluation's episodes."""
+
+    policy: str
+    episodes: int
+    total_reward: Interval
+    uncertainty: Interval
+    success: Interval
+    crash: Interval
+    length: Interval
+
+
+class Evaluation(Struct, frozen=True, kw_only=True):
+    """The evaluation table: the trained policy first, then the baselines, all on the same scenes."""
+
+    first_seed: int
+    success_threshold: float
+    scores: tuple[PolicyScore, ...]

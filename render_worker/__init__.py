@@ -1,0 +1,1 @@
+"""Renders a scene as a camera sees it: `render(scene, camera) -> Frame`."""
