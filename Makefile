@@ -1,0 +1,47 @@
+# `make train` and `make test` set up whatever is missing first; what was set up once is not set up again.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+INSTALLED := $(VENV)/installed
+EXTRAS := render,perception,agent,orchestrator,bake,dev
+CONFIG ?= configs/quickstart.toml
+
+.DEFAULT_GOAL := help
+.PHONY: help setup train test check benchmark doctor clean
+
+help: ## show this list
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
+
+setup: $(INSTALLED) ## virtual environment, system packages, pose network, bodies
+	@$(BIN)/orchestrator models pull
+	@$(BIN)/orchestrator bodies bake
+
+$(INSTALLED): pyproject.toml constraints.txt install/system_packages.sh
+	@sh install/system_packages.sh
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) || \
+		{ echo "Install Python 3.11 or newer with venv (Debian: apt-get install python3-venv)" >&2; exit 1; }
+	@echo "Installing Python packages into $(VENV) (a few minutes the first time)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[$(EXTRAS)]'
+	@touch $@
+
+train: setup ## train on real renders and print the evaluation (CONFIG=configs/quickstart.toml)
+	$(BIN)/orchestrator train $(CONFIG)
+
+test: setup ## every test, real processes included
+	$(BIN)/python -m pytest
+
+check: $(INSTALLED) ## style, types, architecture and the quick tests, in under a minute
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+	$(BIN)/python -m pytest -m "not slow"
+
+benchmark: setup ## each stage alone, and the loop
+	$(BIN)/python -m benchmarks.loop
+
+doctor: $(INSTALLED) ## what this machine has and lacks
+	$(BIN)/orchestrator doctor
+
+clean: ## remove what set-up and tests made here (the user's cache stays)
+	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis .import_linter_cache
