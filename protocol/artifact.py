@@ -5,7 +5,7 @@ They live in the user's cache (`VANTAGE_CACHE` moves it), appear whole or not at
 
 import hashlib
 import os
-import tempfile
+import uuid
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,9 +25,7 @@ def cache_directory() -> Path:
 def whole_file(path: Path) -> Generator[Path]:
     """Give a path beside `path` to write to, and put it in place only when all of it is on disk."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
-    os.close(descriptor)
-    aside = Path(name)
+    aside = path.with_name(f".{path.stem}.{uuid.uuid4().hex}{path.suffix}")
     try:
         yield aside
         with aside.open("rb") as written:
