@@ -4,15 +4,16 @@ It takes the picture as float32 BGR from 0 to 255, not normalised, and gives a h
 background, and a two-component part-affinity field for each of 19 limbs.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 from protocol.arrays import Float32Array
+from protocol.errors import InvalidConfig
 
 HEATMAP_CHANNELS = 19
 PAF_CHANNELS = 38
-STRIDE = 8
-"""Pixels of the network's input to one cell of its maps, each way."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,3 +40,23 @@ class Network(Protocol):
     def infer(self, image: Float32Array) -> NetworkOutput:
         """Run the network on an image (3, rows, columns), BGR from 0 to 255."""
         ...
+
+
+def pose_outputs(outputs: Mapping[str, Sequence[object]], file: Path) -> tuple[str, str]:
+    """The names of the heatmaps and the part-affinity fields among a network's outputs, told by their channels.
+
+    Args:
+        outputs: each output's shape; a dimension that is not fixed may be anything but a number.
+        file: where the network comes from.
+
+    Raises:
+        InvalidConfig: the network has other outputs; the message lists them.
+    """
+    by_channels = {shape[1]: name for name, shape in outputs.items() if len(shape) == 4}
+    if {HEATMAP_CHANNELS, PAF_CHANNELS} <= by_channels.keys():
+        return by_channels[HEATMAP_CHANNELS], by_channels[PAF_CHANNELS]
+    found = ", ".join(f"{name} [{', '.join(map(str, shape))}]" for name, shape in outputs.items())
+    raise InvalidConfig(
+        f"perception.network: {file} gives {found}; a pose network gives heatmaps [n, {HEATMAP_CHANNELS}, h, w] "
+        f"and part-affinity fields [n, {PAF_CHANNELS}, h, w]"
+    )

@@ -1,0 +1,42 @@
+"""Kalman filter over 18 joints at rest (seed, section 3.3.4).
+
+The state travels: `FilterState` goes out with a request and comes back updated, so any worker can take the next frame.
+Transition and observation matrices are diagonal of ones and zeros, so the covariance stays diagonal for ever and each
+coordinate is a filter of its own.
+"""
+
+import numpy as np
+
+from protocol.arrays import Float64Array
+from protocol.observation import BASE_PROCESS_NOISE, FilterState
+
+PROCESS_NOISE_GROWTH = 0.001
+"""m² added to a joint's process noise by each frame that doesn't locate it."""
+
+LEAST_OBSERVATION_NOISE = 1e-4
+"""m². However good the quality, a depth camera does not measure more exactly than to a centimetre."""
+
+
+def update(state: FilterState, points: Float64Array, quality: Float64Array) -> FilterState:
+    """The filter after one more frame.
+
+    Args:
+        state: the filter before it.
+        points: (18, 3) world frame, metres, NaN where a joint is not located.
+        quality: (18,) combined quality in [0, 1]; a joint's observation noise is 1 - quality, in m².
+
+    Source: seed, section 3.3.4; open points as decided in docs/qoe.md.
+    """
+    located = np.all(np.isfinite(points), axis=1)
+    # A joint has its initial variance until it is first seen: nothing is known of it that could be forgotten.
+    predicted = state.variance + np.where(state.seen, state.process_noise, 0.0)[:, None]
+    noise = np.maximum(1.0 - quality, LEAST_OBSERVATION_NOISE)[:, None]
+    gain = np.where(located[:, None], predicted / (predicted + noise), 0.0)
+    innovation = np.where(located[:, None], points, state.mean) - state.mean
+    forgotten = np.where(state.seen, state.process_noise + PROCESS_NOISE_GROWTH, state.process_noise)
+    return FilterState(
+        mean=state.mean + gain * innovation,
+        variance=(1.0 - gain) * predicted,
+        process_noise=np.where(located, BASE_PROCESS_NOISE, forgotten),
+        seen=state.seen | located,
+    )

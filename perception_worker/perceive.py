@@ -1,0 +1,109 @@
+"""A frame and a filter in, an observation out: the whole pipeline, without a socket."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from perception_worker import kalman
+from perception_worker.decoding import decode
+from perception_worker.lifting import lift
+from perception_worker.network import Network, NetworkOutput
+from perception_worker.qoe import heatmap_cell, quality_of_estimation
+from perception_worker.region import Region, around_person
+from perception_worker.stopwatch import Clock, Stopwatch
+from protocol.arrays import Float64Array, UInt8Array
+from protocol.config import PerceptionConfig
+from protocol.frame import Frame
+from protocol.observation import FilterState, Observation
+from protocol.skeleton import JOINT_COUNT
+
+LEAST_TO_CROP = 3
+"""Joints that the first pass must find before the second looks closer at them."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Sight:
+    """What the network saw in a part of a frame, and the keypoints there, (18, 2) in the frame's pixels."""
+
+    region: Region
+    output: NetworkOutput
+    keypoints: Float64Array
+
+
+class Perceiver:
+    """Estimates one person's pose and how sure it is; may be called by several threads at once."""
+
+    def __init__(self, network: Network, config: PerceptionConfig, *, clock: Clock = time.perf_counter) -> None:
+        self._network = network
+        self._threshold = config.peak_threshold
+        self._crop = config.crop
+        self._clock = clock
+
+    def perceive(self, frame: Frame, filter_state: FilterState, *, heatmaps: bool = False) -> Observation:
+        """Estimate the pose in a frame.
+
+        Args:
+            frame: an RGB-D picture; its true joints, where it has any, are passed on.
+            filter_state: the filter before this frame.
+            heatmaps: whether the observation is to carry the network's heatmaps.
+
+        Returns:
+            The observation; where nobody is found, all joints are NaN, all qualities 0 and the filter saw nothing.
+        """
+        watch = Stopwatch(self._clock)
+        sight = self._look(frame.rgb, watch)
+        with watch.stage("lift"):
+            points = lift(frame.depth, sight.keypoints, frame.camera)
+        with watch.stage("qoe"):
+            quality = quality_of_estimation(sight.output.heatmaps, _cells(sight), points)
+        with watch.stage("filter"):
+            updated = kalman.update(filter_state, points, quality.combined)
+        return Observation(
+            keypoints=sight.keypoints,
+            points=points,
+            mass=quality.mass,
+            height=quality.height,
+            distance=quality.distance,
+            quality=quality.combined,
+            filter=updated,
+            heatmaps=sight.output.heatmaps if heatmaps else None,
+            joints=frame.joints,
+            visible=frame.visible,
+            timings=watch.seconds,
+        )
+
+    def _look(self, rgb: UInt8Array, watch: Stopwatch) -> _Sight:
+        whole = Region.whole(*rgb.shape[:2])
+        sight = self._look_at(whole, rgb, watch)
+        if self._crop == "none" or _found(sight) < LEAST_TO_CROP:
+            return sight
+        rows, columns = self._network.input_size
+        closer = around_person(sight.keypoints, whole, aspect=columns / rows)
+        if closer == whole:
+            return sight
+        second = self._look_at(closer, rgb, watch)
+        return second if _found(second) >= _found(sight) else sight
+
+    def _look_at(self, region: Region, rgb: UInt8Array, watch: Stopwatch) -> _Sight:
+        with watch.stage("infer"):
+            output = self._network.infer(region.image(rgb, self._network.input_size))
+        with watch.stage("decode"):
+            cells = decode(output, self._threshold)
+            keypoints = region.pixels(cells, output.heatmaps.shape[1:])
+        return _Sight(region, output, keypoints)
+
+
+def _found(sight: _Sight) -> int:
+    return int(np.isfinite(sight.keypoints[:, 0]).sum())
+
+
+def _cells(sight: _Sight) -> NDArray[np.int64]:
+    """(18, 2) row and column of each keypoint in the heatmaps, -1 where there is none."""
+    cells = np.full((JOINT_COUNT, 2), -1)
+    pixels = sight.region.inside(sight.keypoints)
+    size = (sight.region.height, sight.region.width)
+    for joint in np.flatnonzero(np.isfinite(pixels[:, 0])):
+        cells[joint] = heatmap_cell(pixels[joint], size, sight.output.heatmaps.shape[1:])
+    return cells
