@@ -77,7 +77,8 @@ class EnvironmentConfig(_Section, frozen=True):
 
     Attributes:
         beta: weight of uncertainty against distance in the reward grows from 1 - 1/beta to 1 over an episode.
-        front_distance: how far in front of the person the point is that early rewards draw the robot to.
+        front_distance, front_height: where the point is that early rewards draw the robot to: in front, above ground.
+        target_height: what the camera is turned to, above the ground where the person stands.
         uncertainty_scale: factor on the trace of the filter's posterior covariance, R1 of the reward.
         distance_scale: factor on the distance to the point in front, R2 of the reward.
         penalty: reward of the step that crashes or leaves the workspace, added to the usual one.
@@ -89,6 +90,8 @@ class EnvironmentConfig(_Section, frozen=True):
     step_duration: Positive = 0.5
     beta: Annotated[float, Meta(gt=1)] = 2.0
     front_distance: Positive = 2.5
+    front_height: Positive = 1.6
+    target_height: Positive = 1.2
     uncertainty_scale: Positive = 1 / 54
     distance_scale: Positive = 1 / 9
     penalty: Annotated[float, Meta(lt=0)] = -200.0
@@ -101,7 +104,14 @@ class EnvironmentConfig(_Section, frozen=True):
 
 
 class SacConfig(_Section, frozen=True):
-    """Soft actor-critic (seed, section 4.3.2)."""
+    """Soft actor-critic (seed, section 4.3.2).
+
+    Attributes:
+        memory: transitions kept; `batch`: drawn from them for an update.
+        updates_per_step: gradient updates for each transition.
+        reward_scale: on rewards as the critics see them, so that returns are about 1 to 10 in size.
+        initial_entropy: the entropy coefficient's first value; it is learned.
+    """
 
     hidden: tuple[Count, ...] = (256, 256)
     memory: Count = 100_000
@@ -111,6 +121,7 @@ class SacConfig(_Section, frozen=True):
     discount: Fraction = 0.98
     polyak: Fraction = 0.005
     initial_entropy: Positive = 0.2
+    reward_scale: Positive = 1.0
 
 
 class PpoConfig(_Section, frozen=True):

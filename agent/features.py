@@ -1,0 +1,72 @@
+"""The 111 numbers of an observation as the networks take them: seen from the person, turned to the drone.
+
+A flight turned about the person is the same flight. So joints and velocities are put into a frame that has its origin
+at the person and its x axis towards the drone; what the networks learn at one bearing then holds at all of them.
+All of it comes from the observation: where the person stands and faces, from the filtered joints.
+"""
+
+import torch
+from torch import Tensor, nn
+
+from agent.spaces import COORDINATES
+from protocol.skeleton import JOINT_COUNT, Joint
+
+_LENGTH = 9.0
+"""Metres: half the workspace's width, so that positions in it come out in [-1, 1]."""
+
+_LEFT = [Joint.LEFT_SHOULDER, Joint.LEFT_HIP, Joint.LEFT_EYE, Joint.LEFT_EAR]
+_RIGHT = [Joint.RIGHT_SHOULDER, Joint.RIGHT_HIP, Joint.RIGHT_EYE, Joint.RIGHT_EAR]
+
+FEATURE_SIZE = 2 + 2 + 3 + 3 * JOINT_COUNT + JOINT_COUNT + 2 * len(_LEFT) + 2
+
+
+class Features(nn.Module):
+    """Observations (n, 111) to features (n, FEATURE_SIZE), all about 1 in size; nothing in it is learned.
+
+    It stands where skrl has its running scalers: lengths and variances have known ranges here, and a scale that moves
+    with the replay would change what an old transition means.
+    """
+
+    def forward(self, observations: Tensor, train: bool = False) -> Tensor:
+        """Features of a batch. `train` is skrl's word to running scalers; it changes nothing here."""
+        joints = observations[:, :COORDINATES].unflatten(1, (JOINT_COUNT, 3))
+        variance = observations[:, COORDINATES : 2 * COORDINATES].unflatten(1, (JOINT_COUNT, 3)).mean(2)
+        drone = observations[:, 2 * COORDINATES :]
+        trust = 1.0 / (1.0 + 10.0 * variance)
+        person = (joints[:, :, :2] * trust[:, :, None]).sum(1) / trust.sum(1, keepdim=True)
+        offset = drone[:, :2] - person
+        distance = offset.norm(dim=1, keepdim=True).clamp_min(1e-6)
+        bearing = offset / distance
+        around = torch.cat([joints[:, :, :2] - person[:, None], joints[:, :, 2:]], dim=2)
+        around = to_drone_frame(around, bearing[:, None]) * trust[:, :, None]
+        range_ = torch.cat([distance / _LENGTH, 2.0 / distance], dim=1)
+        return torch.cat(
+            [bearing, range_, drone / _LENGTH, around.flatten(1), trust, _facing(around, trust).flatten(1)], dim=1
+        )
+
+
+def to_drone_frame(vectors: Tensor, bearing: Tensor) -> Tensor:
+    """World vectors (…, 3) as seen with x from the person to the drone, y to the left of that, z up."""
+    cosine, sine = bearing[..., :1], bearing[..., 1:2]
+    x, y, z = vectors[..., :1], vectors[..., 1:2], vectors[..., 2:]
+    return torch.cat([cosine * x + sine * y, cosine * y - sine * x, z], dim=-1)
+
+
+def to_world_frame(vectors: Tensor, bearing: Tensor) -> Tensor:
+    """The inverse of `to_drone_frame`."""
+    return to_drone_frame(vectors, bearing * torch.tensor([1.0, -1.0]))
+
+
+def bearing_of(features: Tensor) -> Tensor:
+    """(n, 2) cosine and sine of the drone's bearing from the person."""
+    return features[:, :2]
+
+
+def _facing(around: Tensor, trust: Tensor) -> Tensor:
+    """(n, 5, 2) where the person faces, in the drone's frame, by each pair of left and right joints and by the nose.
+
+    Half a metre long at most and shorter the less a pair is trusted; zero before it is seen.
+    """
+    across = around[:, _LEFT, :2] - around[:, _RIGHT, :2]
+    nose = around[:, Joint.NOSE, :2] - around[:, Joint.NECK, :2]
+    return torch.cat([torch.stack([across[..., 1], -across[..., 0]], dim=2), nose[:, None]], dim=1)

@@ -1,0 +1,87 @@
+"""What every learner can do, whatever its algorithm."""
+
+from typing import Any, Protocol, TypeAlias
+
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from protocol.arrays import BoolArray, Float32Array, Float64Array
+from protocol.config import LearnerConfig
+
+Statistics: TypeAlias = dict[str, float]
+"""Names as TensorBoard shows them, and values."""
+
+
+class Transition(Struct, frozen=True, eq=False, kw_only=True):
+    """One step of every drone.
+
+    Attributes:
+        observations: (n, 111) before the step.
+        actions: (n, 3) that were taken, whoever chose them.
+        rewards: (n,).
+        next_observations: (n, 111) after the step; of a finished flight its last one, not the first of the next.
+        terminated: (n,) ended badly: nothing comes after.
+        truncated: (n,) ended by the time limit: more would have come.
+    """
+
+    observations: Float32Array
+    actions: Float32Array
+    rewards: Float64Array
+    next_observations: Float32Array
+    terminated: BoolArray
+    truncated: BoolArray
+
+
+class Learner(Protocol):
+    """A policy that gets better.
+
+    Attributes:
+        off_policy: whether it learns from flights that others chose, such as scripted ones.
+        updates: gradient updates done.
+    """
+
+    off_policy: bool
+    updates: int
+
+    def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
+        """Velocities (n, 3) for observations (n, 111): the best it knows, or with `explore` drawn around it."""
+        ...
+
+    def observe(self, transition: Transition) -> None:
+        """Take in a step. With an on-policy learner, it must be the one of the last `act`."""
+        ...
+
+    def learn(self) -> Statistics:
+        """Make the updates that are due for what was observed so far; nothing where none are due."""
+        ...
+
+    def state(self) -> dict[str, Any]:
+        """All that its future depends on, random generators included: tensors, arrays and plain values, nested."""
+        ...
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state` of a learner of the same configuration, bit for bit."""
+        ...
+
+    def weights(self) -> dict[str, NDArray[Any]]:
+        """The parameters of all its networks, by name."""
+        ...
+
+    def load_weights(self, weights: dict[str, NDArray[Any]]) -> None:
+        """Take the parameters of a learner of the same configuration; only good for acting.
+
+        Raises:
+            ArtifactDamaged: a parameter is missing, unknown, or has another shape.
+        """
+        ...
+
+
+def make_learner(config: LearnerConfig, *, num_envs: int, seed: int) -> Learner:
+    """A new learner, and every random generator of this process seeded. Loads torch."""
+    if config.algorithm == "ppo":
+        from agent.ppo import PpoLearner
+
+        return PpoLearner(config.ppo, num_envs=num_envs, seed=seed)
+    from agent.sac import SacLearner
+
+    return SacLearner(config.sac, num_envs=num_envs, seed=seed)

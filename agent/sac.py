@@ -1,0 +1,135 @@
+"""Soft actor-critic (seed, section 4.3.2) on skrl's agent, with a loop, a policy and a checkpoint of our own.
+
+skrl's trainers always begin at step 0 and its checkpoints leave out the entropy coefficient, the replay memory and the
+random generators; here `state` has all of them.
+"""
+
+from typing import Any
+
+import torch
+from numpy.typing import NDArray
+from skrl.agents.torch.sac import SAC, SAC_CFG
+from skrl.memories.torch import RandomMemory
+
+from agent.features import Features
+from agent.learner import Statistics, Transition
+from agent.networks import Critic, SquashedPolicy
+from agent.randomness import random_state, restore_random_state, seed_all
+from agent.skrl_state import (
+    load_network_weights,
+    memory_state,
+    modules_state,
+    network_weights,
+    restore_memory,
+    restore_modules,
+    tracked,
+)
+from agent.spaces import action_space, observation_space
+from protocol.arrays import Float32Array
+from protocol.config import SacConfig
+from protocol.errors import InvalidConfig
+
+
+class SacLearner:
+    """Learns from all transitions in its memory, whoever flew them; `updates_per_step` for each one observed."""
+
+    off_policy = True
+
+    def __init__(self, config: SacConfig, *, num_envs: int, seed: int) -> None:
+        if config.memory < max(config.batch, num_envs):
+            raise InvalidConfig(f"a memory of {config.memory} transitions holds no batch of {config.batch}")
+        torch.set_num_threads(1)
+        seed_all(seed)
+        self.updates = 0
+        self._observed = 0
+        self._config = config
+        # With replacement: without, a batch costs a permutation of the whole memory.
+        self._memory = RandomMemory(memory_size=config.memory // num_envs, num_envs=num_envs, device="cpu", replacement=True)
+        self._agent = _sac_agent(config, self._memory)
+
+    def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
+        """Velocities (n, 3), drawn from the policy or its best."""
+        with torch.no_grad():
+            inputs = {"observations": self._features(torch.from_numpy(observations))}
+            if not explore:
+                return torch.tanh(self._agent.policy.compute(inputs)[0]).numpy()
+            return self._agent.policy.act(inputs)[0].numpy()
+
+    def observe(self, transition: Transition) -> None:
+        """Keep a step of every drone; a truncated one is bootstrapped from its final observation, a crash is not."""
+        self._memory.add_samples(
+            observations=torch.from_numpy(transition.observations),
+            actions=torch.from_numpy(transition.actions),
+            rewards=torch.from_numpy(transition.rewards * self._config.reward_scale)[:, None],
+            next_observations=torch.from_numpy(transition.next_observations),
+            terminated=torch.from_numpy(transition.terminated)[:, None],
+        )
+        self._observed += len(transition.rewards)
+
+    def learn(self) -> Statistics:
+        """Make the updates that are due since the memory held its first batch."""
+        due = int((self._observed - self._config.batch) * self._config.updates_per_step) - self.updates
+        for _ in range(due):
+            self._agent.update(timestep=self.updates, timesteps=0)
+            self.updates += 1
+        return tracked(self._agent)
+
+    def state(self) -> dict[str, Any]:
+        """Everything that lasts; see `Learner.state`."""
+        return {
+            "modules": modules_state(self._agent),
+            "log_entropy_coefficient": self._agent.log_entropy_coefficient.detach().clone(),
+            "memory": memory_state(self._memory),
+            "observed": self._observed,
+            "updates": self.updates,
+            "random": random_state(),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        restore_modules(self._agent, state["modules"])
+        with torch.no_grad():
+            # In place: the optimiser holds this very tensor.
+            self._agent.log_entropy_coefficient.copy_(state["log_entropy_coefficient"])
+        _derive_entropy_coefficient(self._agent)
+        restore_memory(self._memory, state["memory"])
+        self._observed, self.updates = state["observed"], state["updates"]
+        restore_random_state(state["random"])
+
+    def weights(self) -> dict[str, NDArray[Any]]:
+        """The parameters of the policy and the critics."""
+        return network_weights(self._agent)
+
+    def load_weights(self, weights: dict[str, NDArray[Any]]) -> None:
+        """Take another learner's parameters."""
+        load_network_weights(self._agent, weights)
+
+    def _features(self, observations: torch.Tensor) -> torch.Tensor:
+        return self._agent._observation_preprocessor(observations)
+
+
+def _sac_agent(config: SacConfig, memory: RandomMemory) -> SAC:
+    spaces = {"observation_space": observation_space(), "action_space": action_space()}
+    critics = ("critic_1", "critic_2", "target_critic_1", "target_critic_2")
+    models = {"policy": SquashedPolicy(**spaces, hidden=config.hidden)}
+    models |= {name: Critic(**spaces, hidden=config.hidden) for name in critics}
+    settings = SAC_CFG(
+        batch_size=config.batch,
+        discount_factor=config.discount,
+        polyak=config.polyak,
+        learning_rate=config.learning_rate,
+        initial_entropy_value=config.initial_entropy,
+        observation_preprocessor=Features,
+    )
+    settings.experiment.write_interval = settings.experiment.checkpoint_interval = 0
+    agent = SAC(models=models, memory=memory, cfg=settings, device="cpu", **spaces)
+    agent.init()
+    # From here on it keeps track of its losses; had it known before, it would have opened a writer of its own.
+    agent.write_interval = 1
+    _derive_entropy_coefficient(agent)
+    return agent
+
+
+def _derive_entropy_coefficient(agent: SAC) -> None:
+    """As skrl does after each update, so that a restored agent starts from the same bits."""
+    agent._entropy_coefficient = torch.exp(agent.log_entropy_coefficient.detach())

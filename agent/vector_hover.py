@@ -1,0 +1,208 @@
+"""Several drones at once, each with a person of its own, all their pictures under way at the same time.
+
+Whether a flight is over is settled by its move, before any picture is taken. So the last pictures of finished flights
+and the first ones of those that follow go out together, and nothing depends on the order in which answers come back.
+"""
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError, ResetNeeded
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from msgspec import Struct
+from numpy.typing import ArrayLike, NDArray
+
+from agent.episode_seeds import drawn_seed, episode_seed
+from agent.eyes import Eyes
+from agent.flight import Flight, camera_of, earn, move, see, take_off
+from agent.hover import info_of
+from agent.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
+from agent.stages import StageTimes, times_of
+from agent.workspace import require_room_to_start
+from protocol.arrays import Float32Array, Float64Array
+from protocol.pending import Pending
+from protocol.config import EnvironmentConfig
+from protocol.errors import InvalidInput
+from protocol.observation import Observation
+from protocol.scene import Split
+
+StepResult: TypeAlias = tuple[Float32Array, Float64Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]
+
+
+class _Looking(Struct, frozen=True, eq=False):
+    """A flight and the picture that it waits for, if any."""
+
+    flight: Flight
+    look: Pending[Observation] | None = None
+
+    def landed(self) -> tuple[Flight, StageTimes]:
+        if self.look is None:
+            return self.flight, StageTimes({})
+        return see(self.flight, self.look.result()), times_of(self.look)
+
+
+class _UnderWay(Struct, frozen=True, eq=False):
+    """One drone's step: its flight, the one that follows where that is over, and whether it flew at all."""
+
+    looking: _Looking
+    following: _Looking | None
+    flew: bool
+
+
+class _Landed(Struct, frozen=True, eq=False):
+    """One drone's step with its pictures back."""
+
+    flight: Flight
+    reward: float
+    flew: bool
+    times: StageTimes
+    following: tuple[Flight, StageTimes] | None
+
+    @property
+    def current(self) -> tuple[Flight, StageTimes]:
+        return self.following or (self.flight, self.times)
+
+
+class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
+    """`num_envs` of `vantage/Hover-v0`, with `step` split into `send` and `receive` so that one can learn in between.
+
+    A finished flight is followed by the next episode in the same step; its last observation and info are in
+    `infos["final_obs"]` and `infos["final_info"]`. With autoreset disabled it stays where it is, with reward 0.
+    """
+
+    def __init__(
+        self,
+        eyes: Eyes,
+        num_envs: int | None = None,
+        config: EnvironmentConfig | None = None,
+        split: Split = "train",
+        autoreset_mode: AutoresetMode = AutoresetMode.SAME_STEP,
+    ) -> None:
+        if autoreset_mode is AutoresetMode.NEXT_STEP:
+            raise InvalidInput("a flight is followed by the next in the same step, or not at all")
+        self.config = config or EnvironmentConfig()
+        require_room_to_start(self.config)
+        self.num_envs = num_envs or self.config.num_envs
+        self.metadata = {"render_modes": [], "autoreset_mode": autoreset_mode}
+        self.single_observation_space = observation_space()
+        self.single_action_space = action_space()
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.flights: tuple[Flight, ...] = ()
+        self._eyes = eyes
+        self._split: Split = split
+        self._follows = autoreset_mode is AutoresetMode.SAME_STEP
+        self._run_seed = 0
+        self._begun = 0
+        self._under_way: list[_UnderWay] | None = None
+
+    def reset(
+        self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Float32Array, dict[str, Any]]:
+        """Begin an episode on every drone.
+
+        Args:
+            seed: the run's, from which follow those of its episodes 0, 1, 2, …; or the first episodes' own, one a
+                drone; or none, to go on with the run's next episodes.
+        """
+        self._under_way = None
+        if isinstance(seed, int) or (seed is None and not self.flights):
+            super().reset(seed=seed, options=options)
+            self._run_seed, self._begun = drawn_seed(self.np_random) if seed is None else seed, 0
+        looking = [self._looking(self._taken_off(one)) for one in self._first_seeds(seed)]
+        landed = [_Landed(flight, 0.0, False, times, None) for flight, times in [one.landed() for one in looking]]
+        self.flights = tuple(step.flight for step in landed)
+        self._begun += self.num_envs
+        return np.stack([observed(flight) for flight in self.flights]), self._infos(landed)
+
+    def send(self, actions: ArrayLike) -> None:
+        """Fly every drone for a step and start all the pictures that it takes.
+
+        Raises:
+            InvalidInput: an action is not three finite numbers; the episodes stand as they were.
+        """
+        if not self.flights:
+            raise ResetNeeded("no episode was begun: call reset() first")
+        if self._under_way is not None:
+            raise AlreadyPendingCallError("a step is under way already: call receive() first", "send")
+        velocities = require_actions(actions, (self.num_envs, ACTION_SIZE))
+        moved = [
+            flight if flight.over else move(self.config, flight, velocity)
+            for flight, velocity in zip(self.flights, velocities, strict=True)
+        ]
+        following = self._following(moved)
+        self._under_way = [
+            _UnderWay(
+                looking=_Looking(flight) if before.over else self._looking(flight),
+                following=self._looking(after) if after else None,
+                flew=not before.over,
+            )
+            for before, flight, after in zip(self.flights, moved, following, strict=True)
+        ]
+
+    def receive(self) -> StepResult:
+        """Wait for the pictures of the step under way; observations (n, 111), rewards, terminated, truncated, infos.
+
+        Raises:
+            CallFailed: a picture did not come; the episodes stand as before `send`, which may be called again.
+        """
+        if self._under_way is None:
+            raise NoAsyncCallError("no step is under way: call send() first", "receive")
+        under_way, self._under_way = self._under_way, None
+        landed = [self._landed(step) for step in under_way]
+        self.flights = tuple(step.current[0] for step in landed)
+        self._begun += sum(step.following is not None for step in landed)
+        return (
+            np.stack([observed(flight) for flight in self.flights]),
+            np.array([step.reward for step in landed]),
+            np.array([step.flew and step.flight.ended_badly for step in landed]),
+            np.array([step.flew and step.flight.outcome == "truncated" for step in landed]),
+            self._infos(landed),
+        )
+
+    def step(self, actions: ArrayLike) -> StepResult:
+        """`send` and `receive` at once."""
+        self.send(actions)
+        return self.receive()
+
+    def _first_seeds(self, seed: int | Sequence[int] | None) -> list[int]:
+        if isinstance(seed, Sequence):
+            if len(seed) != self.num_envs:
+                raise InvalidInput(f"{len(seed)} seeds were given for {self.num_envs} drones")
+            return list(seed)
+        return [episode_seed(self._run_seed, self._begun + index) for index in range(self.num_envs)]
+
+    def _following(self, moved: list[Flight]) -> list[Flight | None]:
+        """The episodes that follow those that are over, in the drones' order."""
+        number = self._begun
+        following: list[Flight | None] = []
+        for flight in moved:
+            ends = flight.over and self._follows
+            following.append(self._taken_off(episode_seed(self._run_seed, number)) if ends else None)
+            number += ends
+        return following
+
+    def _taken_off(self, seed: int) -> Flight:
+        return take_off(self.config, seed, self._eyes.sample(seed, self._split))
+
+    def _landed(self, step: _UnderWay) -> _Landed:
+        flight, times = step.looking.landed()
+        flight, reward = earn(self.config, flight) if step.flew else (flight, 0.0)
+        return _Landed(flight, reward, step.flew, times, step.following.landed() if step.following else None)
+
+    def _infos(self, landed: list[_Landed]) -> dict[str, Any]:
+        infos: dict[str, Any] = {}
+        for index, step in enumerate(landed):
+            if step.following:
+                final = {"final_obs": observed(step.flight), "final_info": info_of(step.flight, step.times)}
+                infos = self._add_info(infos, final, index)
+            infos = self._add_info(infos, info_of(*step.current), index)
+        return infos
+
+    def _looking(self, flight: Flight) -> _Looking:
+        """Start a picture, unless the flight ended badly."""
+        if flight.ended_badly:
+            return _Looking(flight)
+        return _Looking(flight, self._eyes.look(flight.scene, camera_of(self.config, flight), flight.filter))

@@ -1,0 +1,75 @@
+"""The space that the drone may fly in, and how it moves there (seed, sections 4.3.1 and 4.3.4).
+
+Around the person stands a cylinder that is kept out of, not a sphere: it also rules out flying over somebody's head,
+where a fall or the downwash would hit them and where the camera, always turned to the person, would look straight down.
+"""
+
+import math
+
+import numpy as np
+
+from protocol.arrays import Float64Array
+from protocol.camera import Vector3
+from protocol.config import EnvironmentConfig
+from protocol.errors import InvalidConfig
+from protocol.records import Outcome
+
+MAX_SPEED = 1.0
+"""Metres a second along each axis."""
+
+
+def require_room_to_start(config: EnvironmentConfig) -> None:
+    """Make sure that there are positions to start from wherever the person stands.
+
+    Raises:
+        InvalidConfig: the walls are too close to each other or to the keep-out.
+    """
+    reach = MAX_SPEED * config.step_duration
+    if config.highest - config.lowest <= 2 * reach:
+        raise InvalidConfig(f"a workspace from {config.lowest} to {config.highest} m high has no room to start in")
+    if config.half_width - reach <= _start_clearance(config):
+        raise InvalidConfig(f"a keep-out of {config.keep_out} m leaves no room in ±{config.half_width} m to start in")
+
+
+def moved(position: Vector3, velocity: Float64Array, duration: float) -> Vector3:
+    """Where a drone is after flying `velocity` (3,) for `duration` seconds; each component is cut to ±`MAX_SPEED`."""
+    x, y, z = np.asarray(position) + np.clip(velocity, -MAX_SPEED, MAX_SPEED) * duration
+    return float(x), float(y), float(z)
+
+
+def contains(config: EnvironmentConfig, position: Vector3) -> bool:
+    """Whether a position is inside the workspace, its walls included."""
+    x, y, z = position
+    return max(abs(x), abs(y)) <= config.half_width and config.lowest <= z <= config.highest
+
+
+def closest_approach(start: Vector3, end: Vector3, person: tuple[float, float]) -> float:
+    """The least horizontal distance, in metres, between a person and the straight way from `start` to `end`."""
+    to_start = np.array(start[:2]) - person
+    way = np.array(end[:2]) - start[:2]
+    length_squared = float(way @ way)
+    along = float(np.clip(-(to_start @ way) / length_squared, 0.0, 1.0)) if length_squared > 0 else 0.0
+    return float(np.linalg.norm(to_start + along * way))
+
+
+def outcome_of(config: EnvironmentConfig, start: Vector3, end: Vector3, person: tuple[float, float]) -> Outcome:
+    """What a straight flight from `start` to `end` comes to, the time limit left aside."""
+    if closest_approach(start, end, person) < config.keep_out:
+        return "too_close"
+    return "flying" if contains(config, end) else "out_of_workspace"
+
+
+def random_start(config: EnvironmentConfig, person: tuple[float, float], rng: np.random.Generator) -> Vector3:
+    """A position from which no first step ends the flight, uniform over all such positions."""
+    reach = MAX_SPEED * config.step_duration
+    half_width = config.half_width - reach
+    low = (-half_width, -half_width, config.lowest + reach)
+    high = (half_width, half_width, config.highest - reach)
+    while True:
+        x, y, z = rng.uniform(low, high)
+        if np.hypot(x - person[0], y - person[1]) >= _start_clearance(config):
+            return float(x), float(y), float(z)
+
+
+def _start_clearance(config: EnvironmentConfig) -> float:
+    return config.keep_out + math.sqrt(2) * MAX_SPEED * config.step_duration
