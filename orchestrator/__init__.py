@@ -1,1 +1,1 @@
-"""Starts, watches and reports a run: the command line and everything behind it."""
+"""Starts, watches and ends the processes of a run, and is what people call: `orchestrator train CONFIG`."""

@@ -1,0 +1,261 @@
+"""The `orchestrator` command: reads arguments, hands them on, and prints what comes back."""
+
+import sys
+from collections.abc import Generator
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+import typer
+from msgspec import Struct
+from rich.console import Console
+from typer.core import TyperGroup
+
+from orchestrator import doctor as machine
+from orchestrator import training
+from orchestrator.errors import Interrupted, RunError
+from orchestrator.launch import PROCESS_ENVIRONMENT, Evaluate
+from orchestrator.live_display import Display, open_display
+from orchestrator.report import report_view, training_report
+from orchestrator.run_directory import RunDirectory, default_run_path, newest_run
+from orchestrator.setup_command import run_setup
+from orchestrator.status import run_status, status_view
+from orchestrator.stop_request import StopRequest, stop_on_signals
+from orchestrator.table import evaluation_table
+from orchestrator.versions import collect_versions, installed_version
+from protocol.config import load_config
+from protocol.errors import InvalidConfig, InvalidInput, VantageError
+from protocol.scene import Split
+
+FAILED, MISUSED, STOPPED = 1, 2, 130
+
+
+class _Sentences(TyperGroup):
+    """Says our own errors in a sentence, and ends with the code that belongs to each."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except VantageError as error:
+            Console(stderr=True).print(str(error), style="bold red", markup=False, highlight=False, soft_wrap=True)
+            raise typer.Exit(_exit_code(error)) from error
+
+
+def _exit_code(error: VantageError) -> int:
+    if isinstance(error, Interrupted):
+        return STOPPED
+    return MISUSED if isinstance(error, InvalidConfig | InvalidInput) else FAILED
+
+
+def _examples(*lines: str) -> str:
+    return "Examples:\n\n" + "\n\n".join(f"  {line}" for line in lines)
+
+
+app = typer.Typer(
+    cls=_Sentences,
+    help="Trains where a drone should fly so that a person's 3D pose is seen with certainty.",
+    epilog=_examples("orchestrator doctor", "orchestrator train configs/quickstart.toml", "orchestrator status"),
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+models_app = typer.Typer(help="The pose network in the user's cache.", no_args_is_help=True)
+bodies_app = typer.Typer(help="The bodies in the user's cache.", no_args_is_help=True)
+app.add_typer(models_app, name="models")
+app.add_typer(bodies_app, name="bodies")
+
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout, and nothing else there.")]
+ForceOption = Annotated[bool, typer.Option("--force", help="Make it anew even if it is there.")]
+
+
+def main() -> None:
+    """The entry point."""
+    app(prog_name="orchestrator")
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"vantage {installed_version('vantage') or '(not installed)'}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and end.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command(
+    epilog=_examples(
+        "orchestrator train configs/quickstart.toml",
+        "orchestrator train configs/full.toml --run runs/monday",
+        "orchestrator train configs/quickstart.toml --json > report.json",
+    )
+)
+def train(
+    config: Annotated[Path, typer.Argument(metavar="CONFIG", help="A configuration file (TOML).", show_default=False)],
+    run: Annotated[
+        Path | None, typer.Option(help="The run directory to make.", show_default="runs/CONFIG-DATE-TIME")
+    ] = None,
+    evaluate: Annotated[bool, typer.Option(help="Fly the evaluation after the training.")] = True,
+    json: JsonOption = False,
+) -> None:
+    """Train a policy on real renders, then fly its evaluation.
+
+    Starts render workers, perception workers and the agent as processes here, and shows on stderr how they do.
+
+    Ctrl-C stops in order and keeps what was learned; a second one stops at once.
+    """
+    settings = load_config(config)
+    interruption: Interrupted | None = None
+    with _at_work() as (display, stop):
+        directory = RunDirectory.create(
+            run or default_run_path(config, datetime.now()), settings, collect_versions(PROCESS_ENVIRONMENT)
+        )
+        try:
+            training.train(directory, evaluate=evaluate, display=display, stop=stop)
+        except Interrupted as error:
+            interruption = error
+    _print_training(directory, json, interrupted=interruption is not None)
+    if interruption is not None:
+        raise interruption
+
+
+@app.command(
+    epilog=_examples(
+        "orchestrator evaluate runs/monday",
+        "orchestrator evaluate runs/monday --episodes 100 --policy trained --policy random",
+    )
+)
+def evaluate(
+    run: Annotated[
+        Path, typer.Argument(metavar="RUN", help="A run directory whose training has ended.", show_default=False)
+    ],
+    episodes: Annotated[
+        int | None, typer.Option(min=1, help="Flights of each policy.", show_default="as configured")
+    ] = None,
+    policy: Annotated[
+        list[str] | None, typer.Option(help="A policy to fly; may be given more than once.", show_default="all")
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """Fly a trained policy and the baselines over the same test scenes, and print how each did."""
+    directory = RunDirectory.open(run)
+    with _at_work() as (display, stop):
+        what = Evaluate(episodes=episodes, policies=tuple(policy or ()))
+        training.evaluate(directory, what, display=display, stop=stop)
+    evaluation = directory.evaluation()
+    if evaluation is None:
+        raise RunError(f"the agent left no whole {directory.evaluation_path}")
+    if json:
+        _print_json(evaluation)
+    else:
+        Console().print(evaluation_table(evaluation))
+
+
+@app.command(epilog=_examples("orchestrator status", "orchestrator status runs/monday --json"))
+def status(
+    run: Annotated[
+        Path | None, typer.Argument(metavar="[RUN]", help="A run directory.", show_default="the newest in runs/")
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """Say how a run is: what its agent does, and each worker's own word."""
+    found = run_status(RunDirectory.open(run) if run else newest_run())
+    if json:
+        _print_json(found)
+    else:
+        Console().print(status_view(found))
+
+
+@app.command(epilog=_examples("orchestrator doctor", "orchestrator doctor --json"))
+def doctor(json: JsonOption = False) -> None:
+    """Check that this machine has what Vantage needs, and say what to do about each thing that it lacks."""
+    checks = tuple(machine.all_checks())
+    if json:
+        _print_json(checks)
+    else:
+        Console().print(machine.checks_table(checks))
+    if not machine.all_needed_passed(checks):
+        raise typer.Exit(FAILED)
+
+
+@models_app.command("pull", epilog=_examples("orchestrator models pull"))
+def pull_models(force: ForceOption = False) -> None:
+    """Fetch the pose network into the user's cache, unless it is there and whole."""
+    _run_setup("perception_worker.models", "pull", *(["--force"] if force else []))
+
+
+@bodies_app.command("bake", epilog=_examples("orchestrator bodies bake"))
+def bake_bodies(force: ForceOption = False) -> None:
+    """Make the file of bodies in the user's cache, unless it is there and whole (about two minutes)."""
+    _run_setup("render_worker.bake", *(["--force"] if force else []))
+
+
+@app.command(
+    "view",
+    epilog=_examples(
+        "orchestrator view 7",
+        "orchestrator view 7 --distance 2.5 --angle 30 --output handover.png",
+        "orchestrator view 1 2 3 --split train --output pictures/",
+    ),
+)
+def view_scenes(
+    scenes: Annotated[list[int], typer.Argument(metavar="SCENE...", help="The scenes' seeds.", show_default=False)],
+    split: Annotated[Split, typer.Option(help="Of whose people.")] = "test",
+    distance: Annotated[float, typer.Option(help="Metres from the person, along the ground.")] = 3.0,
+    angle: Annotated[float, typer.Option(help="Degrees from the person's front; 90 is at their left.")] = 0.0,
+    altitude: Annotated[float, typer.Option(help="Metres above the ground.")] = 1.6,
+    size: Annotated[str | None, typer.Option(help="Of the camera's picture.", show_default="640x480")] = None,
+    config: Annotated[Path | None, typer.Option(help="A configuration for the workers and the camera.")] = None,
+    output: Annotated[
+        Path | None, typer.Option(help="A file, or a directory for many scenes.", show_default="scene-SEED.png")
+    ] = None,
+) -> None:
+    """Draw what the drone would see of scenes: colour, depth, heatmaps, and the skeleton with each joint's quality."""
+    # OpenCV and Pillow take their time to load, and no other command needs them.
+    from orchestrator import view as viewing
+
+    viewpoint = viewing.Viewpoint(distance=distance, angle=angle, altitude=altitude)
+    look = viewing.Look(seeds=tuple(dict.fromkeys(scenes)), split=split, viewpoint=viewpoint)
+    settings = viewing.view_config(config, size)
+    files = viewing.picture_files(look.seeds, output)
+
+    def write(seed: int, page: viewing.UInt8Array) -> None:
+        viewing.write_picture(files[seed], page)
+        typer.echo(files[seed])
+
+    with _at_work() as (display, stop):
+        viewing.view(look, settings, show=write, display=display, stop=stop)
+
+
+@contextmanager
+def _at_work() -> Generator[tuple[Display, StopRequest]]:
+    """Show progress on stderr, and take signals as requests to stop."""
+    with stop_on_signals() as stop, open_display(Console(stderr=True)) as display:
+        yield display, stop
+
+
+def _run_setup(module: str, *arguments: str) -> None:
+    with stop_on_signals() as stop:
+        code = run_setup(module, *arguments, stop=stop)
+    raise typer.Exit(code)
+
+
+def _print_training(run: RunDirectory, json: bool, *, interrupted: bool) -> None:
+    report = training_report(run, interrupted=interrupted)
+    if report is None:
+        return
+    if json:
+        _print_json(report)
+    else:
+        Console().print(report_view(report))
+
+
+def _print_json(value: Struct | tuple[Struct, ...]) -> None:
+    sys.stdout.write(msgspec.json.format(msgspec.json.encode(value), indent=2).decode() + "\n")

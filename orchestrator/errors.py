@@ -1,0 +1,36 @@
+"""What can go wrong around a run, beside what goes wrong on the wire.
+
+VantageError
+├── RunError              a run directory can't be used as asked
+│   ├── RunExists           it is there already; a run is never overwritten
+│   ├── NoSuchRun           it is not there, or is no run
+│   └── RunBusy             another orchestrator works on it
+├── ProcessFailed         a process of the run ended by itself and should not have
+└── Interrupted           somebody asked us to stop (Ctrl-C, SIGTERM)
+"""
+
+from protocol.errors import VantageError
+
+
+class RunError(VantageError):
+    """A run directory can't be used as asked."""
+
+
+class RunExists(RunError):
+    """The directory is there already; a run is never overwritten."""
+
+
+class NoSuchRun(RunError):
+    """There is no run at this path."""
+
+
+class RunBusy(RunError):
+    """Another orchestrator works on this run."""
+
+
+class ProcessFailed(VantageError):
+    """A process of the run ended by itself and should not have."""
+
+
+class Interrupted(VantageError):
+    """Somebody asked us to stop; what was under way has been brought to a clean end."""

@@ -1,0 +1,121 @@
+"""How a process is, as it says itself: its state by Ping."""
+
+import time
+from collections.abc import Callable
+from types import TracebackType
+
+import psutil
+from msgspec import Struct
+
+from orchestrator.run_directory import ProcessRecord
+from protocol.client import Client
+from protocol.errors import CallFailed, ProtocolError
+from protocol.messages import Ping, Pong, Role, State
+from protocol.pending import Pending
+from protocol.timeouts import Timeouts
+
+NOT_RUNNING = "not running"
+SILENT = "silent"
+RUNNING = "running"
+
+
+class Health(Struct, frozen=True, kw_only=True):
+    """A process as it was last heard of.
+
+    Attributes:
+        state: the worker's own word (starting, ready, busy, draining), `silent` where it does not answer, `running`
+            for a process that serves nothing, or `not running`.
+        answered: requests answered so far; None for what does not answer pings.
+    """
+
+    name: str
+    role: Role
+    state: str
+    answered: int | None = None
+    queue_depth: int | None = None
+    resident_bytes: int | None = None
+
+
+class Heartbeat:
+    """Pings one process without ever waiting for it: each `beat` takes what has come and asks anew."""
+
+    def __init__(self, process: ProcessRecord, timeouts: Timeouts, clock: Callable[[], float] = time.monotonic) -> None:
+        self._process = process
+        self._patience = 2 * timeouts.heartbeat
+        self._clock = clock
+        self._client = (
+            Client(process.address, role=Role.ORCHESTRATOR, serves=process.role, timeouts=timeouts)
+            if process.address
+            else None
+        )
+        self._pending: Pending[Pong] | None = None
+        self._pong: Pong | None = None
+        self._heard = 0.0
+        self._refusal: ProtocolError | None = None
+
+    def __enter__(self) -> "Heartbeat":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the connection."""
+        if self._client is not None:
+            self._client.close()
+
+    def beat(self) -> Health:
+        """How the process is, as far as is known now."""
+        if not is_alive(self._process):
+            return self._health(NOT_RUNNING)
+        if self._client is None:
+            return self._health(RUNNING)
+        self._take_answer()
+        if self._pending is None:
+            self._pending = self._client.submit(Ping(), deadline=self._patience)
+        if self._pong is None or self._clock() - self._heard > 2 * self._patience:
+            return self._health(SILENT)
+        return self._health(self._pong.state.value, self._pong)
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether it has said that it can work."""
+        return self._pong is not None and self._pong.state is not State.STARTING
+
+    def check(self) -> None:
+        """Raise `VersionMismatch` or `WrongRole` if it is not one to talk to."""
+        if self._refusal is not None:
+            raise self._refusal
+
+    def _take_answer(self) -> None:
+        if self._pending is None or not self._pending.done():
+            return
+        try:
+            self._pong, self._heard = self._pending.result(), self._clock()
+        except ProtocolError as error:
+            self._refusal = error
+        except CallFailed:
+            # A ping that failed says nothing by itself: the last answer gets old, and then it is `silent`.
+            self._refusal = None
+        self._pending = None
+
+    def _health(self, state: str, pong: Pong | None = None) -> Health:
+        return Health(
+            name=self._process.name,
+            role=self._process.role,
+            state=state,
+            answered=pong.progress if pong else None,
+            queue_depth=pong.queue_depth if pong else None,
+            resident_bytes=pong.resident_bytes if pong else None,
+        )
+
+
+def is_alive(process: ProcessRecord) -> bool:
+    """Whether the very process that was recorded runs, and not a later one of the same number."""
+    try:
+        found = psutil.Process(process.pid)
+        return found.create_time() == process.started and found.status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False

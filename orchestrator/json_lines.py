@@ -1,0 +1,54 @@
+"""Files that a process appends one JSON object a line to, and that we read while it does."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+from msgspec import Struct
+
+TAIL = 64 * 1024
+"""Bytes at a file's end in which its last lines are looked for."""
+
+RecordT = TypeVar("RecordT", bound=Struct)
+
+
+def last_lines(path: Path, start: int = 0) -> list[bytes]:
+    """The last lines that are not empty, at or after byte `start`, the very last first; none where there is no file."""
+    try:
+        with path.open("rb") as file:
+            file.seek(max(start, file.seek(0, os.SEEK_END) - TAIL))
+            return [line for line in reversed(file.read().splitlines()) if line.strip()]
+    except OSError:
+        return []
+
+
+def last_record(path: Path, record: type[RecordT]) -> RecordT | None:
+    """The last line that is a whole record; a line that is still being written is passed over."""
+    for line in last_lines(path):
+        try:
+            return msgspec.json.decode(line, type=record)
+        except msgspec.MsgspecError:
+            continue
+    return None
+
+
+class Follower:
+    """Reads what was added to a file since the last look."""
+
+    def __init__(self, path: Path, start: int = 0) -> None:
+        self._path = path
+        self._position = start
+
+    def new_lines(self) -> Iterator[bytes]:
+        """Whole lines only; one that is still being written comes with the next look."""
+        try:
+            with self._path.open("rb") as file:
+                file.seek(self._position)
+                added = file.read()
+        except OSError:
+            return
+        whole = added.rfind(b"\n") + 1
+        self._position += whole
+        yield from added[:whole].splitlines()

@@ -1,0 +1,230 @@
+"""A run on disk: what it was told, what made it, who works on it and what came out.
+
+The orchestrator makes the directory whole or not at all and never overwrites one; the agent writes its records into it.
+"""
+
+import fcntl
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+import tomli_w
+from msgspec import Struct
+
+from orchestrator.errors import NoSuchRun, RunBusy, RunExists
+from orchestrator.json_lines import last_record
+from orchestrator.versions import Versions
+from protocol.artifact import whole_file
+from protocol.config import RunConfig, load_config
+from protocol.messages import Role
+from protocol.records import Evaluation, Progress, Summary
+
+RUNS = Path("runs")
+LOCK_PATIENCE = 0.5
+"""Seconds; whoever only looks whether a run is busy holds its lock for less."""
+
+RecordT = TypeVar("RecordT", bound=Struct)
+
+
+class ProcessRecord(Struct, frozen=True, kw_only=True):
+    """A process of the run as it was started: a line of `workers.json`.
+
+    Attributes:
+        address: where it serves; none for the agent, which serves nothing.
+        started: the process's creation, in seconds since the epoch; tells it from a later process of the same number.
+        log: its log, relative to the run directory.
+    """
+
+    name: str
+    role: Role
+    address: str | None
+    pid: int
+    started: float
+    log: str
+
+
+class RunDirectory(Struct, frozen=True):
+    """The files of one run."""
+
+    path: Path
+
+    @classmethod
+    def create(cls, path: Path, config: RunConfig, versions: Versions) -> "RunDirectory":
+        """Make a new run.
+
+        Raises:
+            RunExists: something is at `path` already.
+        """
+        if path.exists():
+            raise RunExists(f"{path} exists already, and a run is never overwritten; choose another with --run")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
+        try:
+            (aside / "config.toml").write_bytes(resolved_toml(config))
+            (aside / "versions.json").write_bytes(versions.to_json())
+            (aside / "logs").mkdir()
+            aside.chmod(0o755)
+            # A rename replaces an empty directory silently and fails on any other: nothing is ever lost.
+            aside.rename(path)
+        except OSError as error:
+            shutil.rmtree(aside, ignore_errors=True)
+            raise RunExists(f"the run directory {path} can't be made: {error.strerror}") from error
+        return cls(path)
+
+    @classmethod
+    def open(cls, path: Path) -> "RunDirectory":
+        """Take up a run that is there.
+
+        Raises:
+            NoSuchRun: there is none.
+        """
+        run = cls(path)
+        if not run.config_path.is_file():
+            raise NoSuchRun(f"{path} is no run directory (it has no config.toml)")
+        return run
+
+    @property
+    def name(self) -> str:
+        """The directory's own name."""
+        return self.path.resolve().name
+
+    @property
+    def config_path(self) -> Path:
+        """The resolved configuration, with every default; every process is started on it."""
+        return self.path / "config.toml"
+
+    @property
+    def workers_path(self) -> Path:
+        """The processes that were last started on this run."""
+        return self.path / "workers.json"
+
+    @property
+    def progress_path(self) -> Path:
+        """Where the agent writes how far it is."""
+        return self.path / "progress.jsonl"
+
+    @property
+    def weights_path(self) -> Path:
+        """What the agent learned."""
+        return self.path / "weights.safetensors"
+
+    @property
+    def evaluation_path(self) -> Path:
+        """What the agent's evaluation gave."""
+        return self.path / "evaluation.json"
+
+    @property
+    def logs(self) -> Path:
+        """One file of JSON lines for each process."""
+        return self.path / "logs"
+
+    def config(self) -> RunConfig:
+        """What the run was told.
+
+        Raises:
+            InvalidConfig: the file was damaged.
+        """
+        return load_config(self.config_path)
+
+    def progress(self) -> Progress | None:
+        """How far the agent is; None before its first word."""
+        return last_record(self.progress_path, Progress)
+
+    def summary(self) -> Summary | None:
+        """How the training ended; None before that."""
+        return _read(self.path / "summary.json", Summary)
+
+    def evaluation(self) -> Evaluation | None:
+        """The last evaluation; None before the first."""
+        return _read(self.evaluation_path, Evaluation)
+
+    def processes(self) -> tuple[ProcessRecord, ...]:
+        """The processes that were last started on this run."""
+        try:
+            return msgspec.json.decode(self.workers_path.read_bytes(), type=tuple[ProcessRecord, ...])
+        except (OSError, msgspec.MsgspecError):
+            return ()
+
+    def write_processes(self, processes: Sequence[ProcessRecord]) -> None:
+        """Note which processes work on this run, for `status` and for whoever takes the run over."""
+        with whole_file(self.workers_path) as aside:
+            aside.write_bytes(msgspec.json.format(msgspec.json.encode(processes), indent=2) + b"\n")
+
+    @contextmanager
+    def lock(self, patience: float = LOCK_PATIENCE) -> Generator[None]:
+        """Be the only orchestrator that works on this run; the system frees the lock however we end.
+
+        Raises:
+            RunBusy: another one does.
+        """
+        descriptor = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            _lock_within(descriptor, patience, self.path)
+            yield
+        finally:
+            os.close(descriptor)
+
+    def is_busy(self) -> bool:
+        """Whether an orchestrator works on this run now."""
+        try:
+            with self.lock(patience=0.0):
+                return False
+        except RunBusy:
+            return True
+
+
+def _lock_within(descriptor: int, patience: float, path: Path) -> None:
+    deadline = time.monotonic() + patience
+    while True:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() >= deadline:
+                raise RunBusy(f"another orchestrator works on {path}; see 'orchestrator status {path}'") from None
+            time.sleep(0.05)
+        else:
+            return
+
+
+def _read(path: Path, record: type[RecordT]) -> RecordT | None:
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=record)
+    except (OSError, msgspec.MsgspecError):
+        return None
+
+
+def resolved_toml(config: RunConfig) -> bytes:
+    """The configuration with every field written out; what is None is left away, as TOML has no null."""
+    return tomli_w.dumps(_without_none(msgspec.to_builtins(config))).encode()
+
+
+def _without_none(table: dict[str, object]) -> dict[str, object]:
+    return {
+        key: _without_none(value) if isinstance(value, dict) else value
+        for key, value in table.items()
+        if value is not None
+    }
+
+
+def default_run_path(config_path: Path, now: datetime) -> Path:
+    """`runs/<configuration's name>-<date>-<time>`."""
+    return RUNS / f"{config_path.stem}-{now:%Y%m%d-%H%M%S}"
+
+
+def newest_run(runs: Path = RUNS) -> RunDirectory:
+    """The run that was made last.
+
+    Raises:
+        NoSuchRun: there is none.
+    """
+    made = sorted(runs.glob("*/config.toml"), key=lambda config: config.stat().st_mtime)
+    if not made:
+        raise NoSuchRun(f"there is no run in {runs} yet; start one with 'orchestrator train CONFIG'")
+    return RunDirectory(made[-1].parent)

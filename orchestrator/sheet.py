@@ -1,0 +1,189 @@
+"""One page about one scene: what the camera saw, what the network made of it, and how sure we are of each joint."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec import Struct
+from PIL import Image, ImageDraw, ImageFont
+
+from orchestrator import picture
+from orchestrator.picture import RGB, DepthScale
+from protocol.arrays import Float32Array, UInt8Array
+from protocol.frame import Frame
+from protocol.observation import Observation
+from protocol.skeleton import Joint, weighted_uncertainty
+
+PANEL_WIDTH = 640
+MARGIN = 32
+GAP = 20
+BAR_WIDTH = 18
+BAR_COLUMN = 90
+TABLE_WIDTH = 400
+HEADER = 104
+CAPTION = 32
+ROW = 27
+
+PAPER: RGB = (250, 250, 248)
+INK: RGB = (28, 28, 32)
+FAINT: RGB = (110, 110, 116)
+RULE: RGB = (214, 214, 210)
+
+QUALITY_COLUMNS: tuple[tuple[str, int], ...] = (("mass", 150), ("height", 212), ("distance", 280), ("quality", 352))
+"""Headings of the table of joints, and the middle of each column in pixels from the table's left."""
+
+
+class Sheet:
+    """A page to put pictures and words on; positions are pixels from its upper left corner."""
+
+    def __init__(self, width: int, height: int) -> None:
+        self._image = Image.new("RGB", (width, height), PAPER)
+        self._pen = ImageDraw.Draw(self._image)
+
+    def pixels(self) -> UInt8Array:
+        """The page as (height, width, 3) RGB."""
+        return np.asarray(self._image)
+
+    def paste(self, pixels: UInt8Array, x: int, y: int) -> None:
+        """Put a picture on the page."""
+        self._image.paste(Image.fromarray(pixels), (x, y))
+
+    def write(self, text: str, x: float, y: float, size: int = 17, colour: RGB = INK, anchor: str = "la") -> None:
+        """Write a line; `anchor` is Pillow's (`la` from the upper left, `mm` around the middle)."""
+        self._pen.text((x, y), text, fill=colour, font=ImageFont.load_default(size), anchor=anchor)
+
+    def box(self, x: float, y: float, width: float, height: float, fill: RGB) -> None:
+        """Fill a rectangle."""
+        self._pen.rectangle((x, y, x + width - 1, y + height - 1), fill=fill)
+
+
+class Place(Struct, frozen=True):
+    """Where the upper left corner of a part of the page is."""
+
+    x: int
+    y: int
+
+
+def scene_sheet(title: str, subtitle: str, frame: Frame, observation: Observation) -> UInt8Array:
+    """The page of one scene, (height, width, 3) RGB; truth and heatmaps are drawn where they are there."""
+    height, width = frame.depth.shape
+    panel_height = round(PANEL_WIDTH * height / width)
+    left, right = MARGIN, MARGIN + PANEL_WIDTH + GAP
+    upper, lower = HEADER, HEADER + CAPTION + panel_height + GAP
+    table = Place(right + PANEL_WIDTH + BAR_COLUMN + GAP, upper)
+    page_height = max(lower + CAPTION + panel_height, upper + _table_height()) + MARGIN
+    sheet = Sheet(table.x + TABLE_WIDTH + MARGIN, page_height)
+    sheet.write(title, left, 26, 30)
+    sheet.write(subtitle, left, 68, 18, FAINT)
+    _put_panel(sheet, Place(left, upper), "Colour", frame.rgb)
+    _put_depth(sheet, Place(right, upper), frame.depth, panel_height)
+    _put_heatmaps(sheet, Place(left, lower), frame, observation)
+    _put_skeleton(sheet, Place(right, lower), frame, observation, panel_height)
+    _put_table(sheet, table, observation)
+    return sheet.pixels()
+
+
+def _put_panel(sheet: Sheet, place: Place, caption: str, panel: UInt8Array) -> None:
+    sheet.write(caption, place.x, place.y + CAPTION / 2, anchor="lm")
+    sheet.paste(picture.enlarged(panel, PANEL_WIDTH), place.x, place.y + CAPTION)
+
+
+def _put_depth(sheet: Sheet, place: Place, depth: Float32Array, height: int) -> None:
+    scale = picture.depth_scale(depth)
+    _put_panel(sheet, place, "Depth (grey: not measured)", picture.depth_picture(depth, scale))
+    ramp = np.linspace(scale.near, scale.far, height, dtype=np.float32)
+    # Zero would be taken for a distance that was not measured.
+    colours = picture.depth_picture(np.maximum(ramp, 1e-6)[:, None], scale)[:, 0]
+    ticks = [((metres - scale.near) / (scale.far - scale.near), f"{metres:g} m") for metres in depth_ticks(scale)]
+    _put_bar(sheet, Place(place.x + PANEL_WIDTH + GAP // 2, place.y + CAPTION), colours, ticks)
+
+
+def _put_heatmaps(sheet: Sheet, place: Place, frame: Frame, observation: Observation) -> None:
+    if observation.heatmaps is not None:
+        panel = picture.heatmap_picture(frame.rgb, observation.heatmaps)
+        _put_panel(sheet, place, "Heatmaps, the highest of 18 joints", panel)
+
+
+def _put_skeleton(sheet: Sheet, place: Place, frame: Frame, observation: Observation, height: int) -> None:
+    true_pixels = picture.true_pixels(frame.joints, frame.camera) if frame.joints is not None else np.empty((0, 2))
+    window = picture.window_around(np.concatenate([observation.keypoints, true_pixels]), *frame.rgb.shape[1::-1])
+    panel = picture.enlarged(picture.cut(frame.rgb, window), PANEL_WIDTH)
+    keypoints = picture.magnified_pixels(observation.keypoints, window, PANEL_WIDTH)
+    panel = picture.skeleton_picture(panel, keypoints, observation.quality)
+    if frame.visible is not None:
+        truth = picture.magnified_pixels(true_pixels, window, PANEL_WIDTH)
+        panel = picture.truth_picture(panel, truth, frame.visible)
+    zoom = frame.rgb.shape[1] / window.width
+    _put_panel(sheet, place, f"Skeleton, joints coloured by quality ({zoom:.1f} times as large)", panel)
+    levels = np.linspace(1.0, 0.0, height)
+    colours = np.array([picture.quality_colour(float(level)) for level in levels], np.uint8)
+    ticks = [(1 - level, f"{level:g}") for level in (0.0, 0.25, 0.5, 0.75, 1.0)]
+    _put_bar(sheet, Place(place.x + PANEL_WIDTH + GAP // 2, place.y + CAPTION), colours, ticks)
+
+
+def _put_bar(sheet: Sheet, place: Place, colours: UInt8Array, ticks: Sequence[tuple[float, str]]) -> None:
+    """A scale from top to bottom: `colours` (height, 3), ticks at shares of its height."""
+    sheet.paste(np.repeat(colours[:, None], BAR_WIDTH, axis=1), place.x, place.y)
+    height = len(colours)
+    for share, label in ticks:
+        y = place.y + min(max(share * (height - 1), 8), height - 9)
+        sheet.write(label, place.x + BAR_WIDTH + 8, y, 15, anchor="lm")
+
+
+def depth_ticks(scale: DepthScale) -> list[float]:
+    """At most eight whole distances, in metres, from `near` to `far`."""
+    step = max(1, int(np.ceil((scale.far - scale.near) / 7)))
+    return [float(metres) for metres in np.arange(np.ceil(scale.near), scale.far + 1e-9, step)]
+
+
+def _table_height() -> int:
+    return CAPTION + ROW * (len(Joint) + 9)
+
+
+def _put_table(sheet: Sheet, place: Place, observation: Observation) -> None:
+    y = place.y + CAPTION // 2
+    sheet.write("Joint", place.x, y, anchor="lm")
+    for heading, x in QUALITY_COLUMNS:
+        sheet.write(heading, place.x + x, y, 15, FAINT, anchor="mm")
+    for joint in Joint:
+        y += ROW
+        _put_joint(sheet, place.x, y, joint, observation)
+    uncertainty = weighted_uncertainty(observation.quality)
+    sheet.box(place.x, y + ROW // 2 + 4, TABLE_WIDTH, 1, RULE)
+    y += ROW + 12
+    sheet.write(f"Weighted uncertainty of the upper body: {uncertainty:.2f} of 10", place.x, y, anchor="lm")
+    _put_legend(sheet, Place(place.x, y + ROW + 8))
+
+
+def _put_joint(sheet: Sheet, x: int, y: int, joint: Joint, observation: Observation) -> None:
+    found = bool(np.isfinite(observation.keypoints[joint]).all())
+    sheet.write(joint.name.replace("_", " ").lower(), x, y, 16, INK if found else FAINT, anchor="lm")
+    if not found:
+        sheet.write("not found", x + (QUALITY_COLUMNS[0][1] + QUALITY_COLUMNS[-1][1]) / 2, y, 15, FAINT, anchor="mm")
+        return
+    for name, column in QUALITY_COLUMNS[:-1]:
+        sheet.write(f"{float(getattr(observation, name)[joint]):.2f}", x + column, y, 15, FAINT, anchor="mm")
+    column = QUALITY_COLUMNS[-1][1]
+    quality = float(observation.quality[joint])
+    colour = picture.quality_colour(quality)
+    sheet.box(x + column - 30, y - ROW / 2 + 2, 60, ROW - 4, colour)
+    ink = INK if sum(colour) > 420 else PAPER
+    sheet.write(f"{quality:.2f}", x + column, y, 15, ink, anchor="mm")
+
+
+def _put_legend(sheet: Sheet, place: Place) -> None:
+    y = place.y
+    for text, colour in (
+        ("the person's left", picture.LEFT_COLOUR),
+        ("the person's right", picture.RIGHT_COLOUR),
+        ("middle", picture.MIDDLE_COLOUR),
+    ):
+        sheet.box(place.x, y - 9, 40, 18, picture.UNKNOWN_COLOUR)
+        sheet.box(place.x + 5, y - 2, 30, 4, colour)
+        sheet.write(text, place.x + 54, y, 16, anchor="lm")
+        y += ROW
+    for text, visible in (("true joint, in the camera's sight", True), ("true joint, hidden", False)):
+        swatch = np.full((18, 40, 3), picture.UNKNOWN_COLOUR, np.uint8)
+        picture.cross(swatch, np.array([19.5, 8.5]), visible=visible)
+        sheet.paste(swatch, place.x, y - 9)
+        sheet.write(text, place.x + 54, y, 16, anchor="lm")
+        y += ROW

@@ -1,0 +1,49 @@
+"""The evaluation as a table for people."""
+
+from collections.abc import Callable
+
+from rich.table import Table
+from rich.text import Text
+
+from protocol.records import Evaluation, Interval, PolicyScore
+
+
+def evaluation_table(evaluation: Evaluation) -> Table:
+    """One row a policy, each figure with its 95% interval."""
+    episodes = max((score.episodes for score in evaluation.scores), default=0)
+    table = Table(
+        title=f"{episodes} flights on test identities (seeds from {evaluation.first_seed})",
+        caption=f"mean and 95% interval; a success ends below an uncertainty of {evaluation.success_threshold:g} of 10",
+        title_justify="left",
+        caption_justify="left",
+    )
+    table.add_column("policy")
+    for heading in ("return", "uncertainty", "success", "crash", "length"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for number, score in enumerate(evaluation.scores):
+        table.add_row(*_row(score), style="bold" if number == 0 else "")
+    return table
+
+
+def _row(score: PolicyScore) -> tuple[Text, ...]:
+    figures: tuple[tuple[Interval, Callable[[float], str]], ...] = (
+        (score.total_reward, _with_decimals(1)),
+        (score.uncertainty, _with_decimals(2)),
+        (score.success, _percent),
+        (score.crash, _percent),
+        (score.length, _with_decimals(0)),
+    )
+    return Text(score.policy), *(Text(interval_text(interval, show)) for interval, show in figures)
+
+
+def interval_text(interval: Interval, show: Callable[[float], str]) -> str:
+    """`mean [low, high]`."""
+    return f"{show(interval.mean)} [{show(interval.low)}, {show(interval.high)}]"
+
+
+def _with_decimals(decimals: int) -> Callable[[float], str]:
+    return lambda value: f"{value:.{decimals}f}"
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:.0f}%"

@@ -1,0 +1,198 @@
+"""Looking at a scene the way the agent's drone would: one picture rendered, perceived and drawn."""
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import cv2
+from msgspec import Struct
+from msgspec.structs import replace
+
+from orchestrator.fleet import Fleet
+from orchestrator.launch import Launch, worker_launches
+from orchestrator.live_display import Display
+from orchestrator.run_directory import resolved_toml
+from orchestrator.session import Session
+from orchestrator.sheet import scene_sheet
+from orchestrator.socket_directory import socket_directory
+from orchestrator.stop_request import StopRequest
+from protocol.arrays import UInt8Array
+from protocol.artifact import cache_directory, whole_file
+from protocol.camera import Camera, CameraPose, Intrinsics
+from protocol.client import Client
+from protocol.config import EnvironmentConfig, RunConfig, load_config
+from protocol.errors import InvalidInput
+from protocol.messages import Perceive, Render, Role, SampleScene
+from protocol.observation import FilterState
+from protocol.scene import Scene, Split
+from protocol.timeouts import Timeouts
+
+SMALLEST_SIZE, LARGEST_SIZE = 16, 8192
+"""What a camera can have, in pixels."""
+PICTURE_FORMATS = (".png", ".jpg", ".jpeg", ".webp")
+
+
+class Viewpoint(Struct, frozen=True, kw_only=True):
+    """Where the camera is, as seen from the person.
+
+    Attributes:
+        distance: along the ground, metres.
+        angle: degrees from the person's front, counter-clockwise seen from above: 90 is at their left.
+        altitude: above the ground, metres.
+    """
+
+    distance: float = 3.0
+    angle: float = 0.0
+    altitude: float = 1.6
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.distance) and self.distance > 0):
+            raise InvalidInput(f"a camera can't be {self.distance} m away from the person; say how far, above 0")
+        if not (math.isfinite(self.angle) and math.isfinite(self.altitude)):
+            raise InvalidInput("the camera's angle and altitude must be finite")
+
+
+class Look(Struct, frozen=True, kw_only=True):
+    """Which scenes to look at, and from where."""
+
+    seeds: tuple[int, ...]
+    split: Split = "test"
+    viewpoint: Viewpoint = Viewpoint()
+
+
+def view_config(path: Path | None, size: str | None) -> RunConfig:
+    """The configuration of one render and one perception worker, with a picture of `size`, as in `640x480`.
+
+    Raises:
+        InvalidConfig: the configuration is wrong.
+        InvalidInput: the size is none.
+    """
+    config = load_config(path) if path else RunConfig()
+    environment = config.environment
+    if size is not None:
+        width, height = parsed_size(size)
+        environment = replace(environment, camera=replace(environment.camera, width=width, height=height))
+    return replace(
+        config,
+        environment=environment,
+        render=replace(config.render, workers=1),
+        perception=replace(config.perception, workers=1),
+    )
+
+
+def parsed_size(text: str) -> tuple[int, int]:
+    """Width and height out of `640x480`.
+
+    Raises:
+        InvalidInput: it is no size, or none that a camera can have.
+    """
+    found = re.fullmatch(r"(\d+)x(\d+)", text)
+    sizes = tuple(map(int, found.groups())) if found else ()
+    if len(sizes) != 2 or not all(SMALLEST_SIZE <= size <= LARGEST_SIZE for size in sizes):
+        raise InvalidInput(f"'{text}' is no size; write it as in 640x480, {SMALLEST_SIZE} to {LARGEST_SIZE} each way")
+    return sizes
+
+
+def picture_files(seeds: Sequence[int], output: Path | None) -> dict[int, Path]:
+    """Where each scene's page goes: the file asked for, or `scene-SEED.png` in a directory.
+
+    Raises:
+        InvalidInput: one file was asked for and many scenes, or a file that is no picture.
+    """
+    if output is None or output.is_dir() or not output.suffix:
+        return {seed: (output or Path()) / f"scene-{seed}.png" for seed in seeds}
+    if len(seeds) > 1:
+        raise InvalidInput(f"{len(seeds)} scenes don't go into one file {output}; give a directory")
+    require_picture_format(output)
+    return {seeds[0]: output}
+
+
+def require_picture_format(path: Path) -> None:
+    """Raise `InvalidInput` if a file's name says no format that we write."""
+    if path.suffix.lower() not in PICTURE_FORMATS:
+        raise InvalidInput(f"{path} has no ending of a picture; end it with one of {', '.join(PICTURE_FORMATS)}")
+
+
+def camera_at(viewpoint: Viewpoint, scene: Scene, environment: EnvironmentConfig) -> Camera:
+    """The drone's camera at a viewpoint, turned to the person as in a flight."""
+    bearing = scene.yaw + math.radians(viewpoint.angle)
+    x, y = scene.position
+    position = (
+        x + viewpoint.distance * math.cos(bearing),
+        y + viewpoint.distance * math.sin(bearing),
+        viewpoint.altitude,
+    )
+    optics = environment.camera
+    return Camera(
+        pose=CameraPose(position=position, target=(x, y, environment.target_height)),
+        intrinsics=Intrinsics.from_horizontal_fov(optics.width, optics.height, optics.horizontal_fov),
+        depth_noise=optics.depth_noise,
+    )
+
+
+def view(
+    look: Look,
+    config: RunConfig,
+    *,
+    show: Callable[[int, UInt8Array], None],
+    display: Display,
+    stop: StopRequest,
+) -> None:
+    """Have one render and one perception worker make the page of each scene.
+
+    Args:
+        show: given each seed and its page, (height, width, 3) RGB, as soon as it is drawn.
+
+    Raises:
+        ProcessFailed, DeadlineExceeded, Interrupted: as for a training.
+        CallFailed: a worker could not answer.
+    """
+    timeouts = Timeouts.from_config(config.timeouts)
+    with (
+        socket_directory() as sockets,
+        Fleet(cache_directory() / "logs", stop) as fleet,
+        Session(fleet, display, stop, timeouts) as session,
+    ):
+        config_path = sockets / "config.toml"
+        config_path.write_bytes(resolved_toml(config))
+        render, perception = worker_launches(config, config_path, sockets)
+        session.start_workers((render, perception))
+        with _client(render, timeouts) as renderer, _client(perception, timeouts) as perceiver:
+            for seed in look.seeds:
+                stop.check()
+                show(seed, scene_page(renderer, perceiver, seed, look, config.environment))
+
+
+def _client(worker: Launch, timeouts: Timeouts) -> Client:
+    return Client(str(worker.address), role=Role.ORCHESTRATOR, serves=worker.role, timeouts=timeouts)
+
+
+def scene_page(
+    renderer: Client, perceiver: Client, seed: int, look: Look, environment: EnvironmentConfig
+) -> UInt8Array:
+    """The page of one scene, drawn from what the workers answer."""
+    viewpoint = look.viewpoint
+    scene = renderer.call(SampleScene(seed=seed, split=look.split)).scene
+    frame = renderer.call(Render(scene=scene, camera=camera_at(viewpoint, scene, environment), truth=True))
+    filter_state = FilterState.initial((*scene.position, environment.target_height))
+    observation = perceiver.call(Perceive(frame=frame, filter=filter_state, heatmaps=True))
+    subtitle = (
+        f"identity {scene.identity}, pose {scene.pose.kind}; the camera {viewpoint.distance:g} m away, "
+        f"{viewpoint.angle:g}° from the front, {viewpoint.altitude:g} m high"
+    )
+    return scene_sheet(f"Scene {seed} ({look.split})", subtitle, frame, observation)
+
+
+def write_picture(path: Path, pixels: UInt8Array) -> None:
+    """Write RGB pixels to a file, whole or not at all.
+
+    Raises:
+        InvalidInput: the file's name says no format that we write.
+    """
+    require_picture_format(path)
+    written, encoded = cv2.imencode(path.suffix.lower(), cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR))
+    if not written:
+        raise InvalidInput(f"the picture {path} can't be encoded")
+    with whole_file(path) as aside:
+        aside.write_bytes(encoded.tobytes())

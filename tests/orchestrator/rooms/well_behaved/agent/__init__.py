@@ -1,0 +1,1 @@
+"""Stands in for the agent: asks the workers for scenes and learns nothing."""

@@ -1,0 +1,1 @@
+"""Stands in for the render worker: answers at once, with plain pictures."""

@@ -1,0 +1,66 @@
+"""What the stand-ins share: command lines like the real rooms', and made-up answers."""
+
+import argparse
+from collections.abc import Sequence
+
+import numpy as np
+
+from protocol.camera import Camera, project
+from protocol.frame import Frame
+from protocol.messages import Perceive, Render, Sampled, SampleScene
+from protocol.observation import FilterState, Observation
+from protocol.scene import Arm, BodyPose, Scene, Sun
+
+
+def worker_options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--bind", required=True)
+    parser.add_argument("--config")
+    parser.add_argument("--render", action="append")
+    return parser.parse_args(arguments)
+
+
+def sample(request: SampleScene) -> Sampled:
+    arm = Arm(wrist=(0.1, 0.0, -0.9))
+    pose = BodyPose(kind=request.seed % 8, left_arm=arm, right_arm=arm)
+    sun = Sun(azimuth=0.0, elevation=1.0)
+    scene = Scene(
+        identity=40, pose=pose, appearance=0, position=(0.0, 0.0), yaw=0.0, sun=sun, ground="grass", background="brick"
+    )
+    return Sampled(scene=scene)
+
+
+def standing_joints() -> np.ndarray:
+    """(18, 3) joints of somebody who stands at the origin and looks along x."""
+    across = [0, 0, -0.2, -0.3, -0.3, 0.2, 0.3, 0.3, -0.1, -0.1, -0.1, 0.1, 0.1, 0.1, -0.04, 0.04, -0.08, 0.08]
+    up = [1.6, 1.45, 1.45, 1.2, 0.95, 1.45, 1.2, 0.95, 0.9, 0.5, 0.1, 0.9, 0.5, 0.1, 1.65, 1.65, 1.63, 1.63]
+    return np.stack([np.zeros(18), np.array(across, float), np.array(up, float)], axis=1)
+
+
+def picture(camera: Camera) -> Frame:
+    size = (camera.intrinsics.height, camera.intrinsics.width)
+    return Frame(
+        rgb=np.full((*size, 3), 128, np.uint8),
+        depth=np.full(size, 3.0, np.float32),
+        camera=camera,
+        joints=standing_joints(),
+        visible=np.ones(18, bool),
+    )
+
+
+def render(request: Render) -> Frame:
+    return picture(request.camera)
+
+
+def perceive(request: Perceive) -> Observation:
+    joints, quality = standing_joints(), np.full(18, 0.75)
+    return Observation(
+        keypoints=project(joints, request.frame.camera)[:, :2],
+        points=joints,
+        mass=quality,
+        height=quality,
+        distance=quality,
+        quality=quality,
+        filter=FilterState.initial(),
+        heatmaps=np.zeros((19, 30, 40), np.float32) if request.heatmaps else None,
+    )
