@@ -4,9 +4,11 @@ VantageError
 ├── CallFailed            the request got no good answer
 │   ├── DeadlineExceeded    none in time
 │   ├── WorkerLost          its worker died or was replaced, and no other took it
-│   └── Rejected            the worker answered with a Failure (has .code, .retryable)
+│   ├── Rejected            the worker answered with a Failure (has .code, .retryable)
+│   └── ClientClosed        its client was closed first
 ├── ProtocolError         what arrived breaks the protocol
 │   ├── VersionMismatch     no version that both sides speak
+│   ├── WrongRole           the worker at the address serves another role
 │   ├── MalformedMessage    it can't be decoded, or its values are out of range
 │   └── LimitExceeded       it is larger than what this side takes
 ├── AddressUnavailable    an address can't be bound or is no address
@@ -45,12 +47,20 @@ class Rejected(CallFailed):
         self.retryable = retryable
 
 
+class ClientClosed(CallFailed):
+    """The client was closed before the answer came, or before the call was made."""
+
+
 class ProtocolError(VantageError):
     """What arrived breaks the protocol."""
 
 
 class VersionMismatch(ProtocolError):
     """There is no protocol version that both sides speak."""
+
+
+class WrongRole(ProtocolError):
+    """The worker at an address serves another role than the one that was asked for."""
 
 
 class MalformedMessage(ProtocolError):

@@ -63,6 +63,7 @@ class Pong(Reply, frozen=True, eq=False, kw_only=True):
         progress: requests answered so far; it moves while work is queued, or the worker hangs.
         queue_depth: requests taken and not yet answered.
         resident_bytes: memory of the process.
+        malformed: what came and was no message that this worker could read.
     """
 
     incarnation: str
@@ -70,6 +71,7 @@ class Pong(Reply, frozen=True, eq=False, kw_only=True):
     progress: int
     queue_depth: int
     resident_bytes: int
+    malformed: int = 0
 
 
 class Ping(Request[Pong], frozen=True, eq=False):

@@ -1,7 +1,8 @@
 """A scene as plain values: a person, what they do and wear, and what is around them.
 
 A scene travels with every request, so any render worker can draw it. The *body frame* has its origin on the ground
-between the feet, x to the person's front, y to their left, z up; a body of yaw 0 at the origin stands in the world frame.
+between the feet, x to the person's front, y to their left, z up; a body of yaw 0 at the origin stands in the world
+frame.
 """
 
 import math

@@ -1,0 +1,158 @@
+"""What a client of one worker and a pool of several have in common: calls go in, futures come out."""
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from types import TracebackType
+from typing import Self
+
+import zmq
+
+from protocol.call import Call
+from protocol.catalogue import reply_type
+from protocol.codec import encode
+from protocol.connection import Connection
+from protocol.dispatcher import Dispatcher, Statistics
+from protocol.errors import DeadlineExceeded, InvalidInput
+from protocol.incarnation import new_incarnation
+from protocol.limits import Limits
+from protocol.message import ReplyT, Request
+from protocol.messages import Hello, Ping, Pong, Role, State, Welcome
+from protocol.pending import Pending
+from protocol.sockets import Context
+from protocol.timeouts import Timeouts
+
+_READY_POLL = 0.1
+
+
+class Caller:
+    """Makes calls to workers; may be used from any number of threads."""
+
+    def __init__(
+        self,
+        addresses: Sequence[str],
+        *,
+        role: Role,
+        serves: Role | None,
+        timeouts: Timeouts,
+        limits: Limits,
+        context: Context | None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        if not addresses or len(set(addresses)) < len(addresses):
+            raise InvalidInput(f"a client needs one or more different addresses, not {list(addresses)}")
+        self._addresses = tuple(addresses)
+        self._timeouts = timeouts
+        self._limits = limits
+        self._clock = clock
+        self._hello = Hello(role=role, incarnation=new_incarnation())
+        self._owns_context = context is None
+        self._context: Context = zmq.Context() if context is None else context
+        connections: list[Connection] = []
+        try:
+            connections.extend(self._connect(address, serves) for address in self._addresses)
+        except BaseException:
+            for connection in connections:
+                connection.close()
+            self._release_context()
+            raise
+        self._dispatcher = Dispatcher(connections, name=f"{role}-client", timeouts=timeouts, clock=clock)
+
+    @property
+    def statistics(self) -> Statistics:
+        """What was counted so far: late replies, retries, losses."""
+        return self._dispatcher.statistics
+
+    def call(self, request: Request[ReplyT], *, deadline: float | None = None) -> ReplyT:
+        """Ask, and wait for the answer. The request is pure, so it is sent again as often as it takes.
+
+        Args:
+            request: what is asked. Its arrays are not copied: leave them as they are until the call is over.
+            deadline: seconds from now, `timeouts.call` where none is given.
+
+        Raises:
+            DeadlineExceeded, WorkerLost, Rejected, ClientClosed: see `protocol.errors`.
+            VersionMismatch, WrongRole: the worker at the address is not one to talk to.
+            MalformedMessage: it answered with something else than this request's reply.
+            InvalidInput, LimitExceeded: the request itself can't be sent.
+        """
+        return self.submit(request, deadline=deadline).result()
+
+    def submit(self, request: Request[ReplyT], *, deadline: float | None = None) -> Pending[ReplyT]:
+        """Ask, and go on; the future ends as `call` would."""
+        return self._submit(request, deadline, None)
+
+    def map(self, requests: Iterable[Request[ReplyT]], *, deadline: float | None = None) -> Iterator[ReplyT]:
+        """Answers in the order of the requests, of which `limits.under_way` are under way to each worker."""
+        under_way: deque[Pending[ReplyT]] = deque()
+        most = self._limits.under_way * len(self._addresses)
+        try:
+            for request in requests:
+                under_way.append(self.submit(request, deadline=deadline))
+                if len(under_way) >= most:
+                    yield under_way.popleft().result()
+            while under_way:
+                yield under_way.popleft().result()
+        finally:
+            for pending in under_way:
+                pending.cancel()
+
+    def close(self) -> None:
+        """End what is under way with `ClientClosed`, and give sockets and threads back."""
+        self._dispatcher.close()
+        self._release_context()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _connect(self, address: str, serves: Role | None) -> Connection:
+        return Connection(
+            address,
+            hello=self._hello,
+            serves=serves,
+            timeouts=self._timeouts,
+            limits=self._limits,
+            context=self._context,
+            clock=self._clock,
+        )
+
+    def _release_context(self) -> None:
+        if self._owns_context:
+            self._context.term()
+
+    def _submit(self, request: Request[ReplyT], deadline: float | None, target: str | None) -> Pending[ReplyT]:
+        timeout = self._timeouts.call if deadline is None else deadline
+        if not math.isfinite(timeout):
+            raise InvalidInput(f"a deadline is a number of seconds, not {timeout}")
+        pending: Pending[ReplyT] = Pending()
+        call = Call(
+            request=type(request).__name__,
+            payload=encode(request, self._limits),
+            reply=reply_type(type(request)),
+            submitted=self._clock(),
+            timeout=timeout,
+            target=target,
+            pending=pending,
+        )
+        self._dispatcher.submit(call)
+        return pending
+
+    def _ping(self, address: str, deadline: float | None = None) -> Pong:
+        return self._submit(Ping(), deadline, address).result()
+
+    def _wait_ready(self, address: str, ends: float) -> Welcome:
+        try:
+            while self._ping(address, ends - self._clock()).state is State.STARTING:
+                time.sleep(min(_READY_POLL, self._timeouts.heartbeat))
+        except DeadlineExceeded as error:
+            raise DeadlineExceeded(f"not ready within {self._timeouts.startup:.3g} s: {error}") from error
+        return self._submit(self._hello, None, address).result()
+
+    def _startup_ends(self) -> float:
+        return self._clock() + self._timeouts.startup

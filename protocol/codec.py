@@ -1,0 +1,155 @@
+"""How a message becomes the parts of a multipart frame, and comes back.
+
+`[version+type][header][body][array 0][array 1]…`: the first part is two little-endian 16-bit numbers, header and body
+are msgpack maps, and an array's elements are a part of their own that the body describes (`protocol.array_part`).
+`Hello`, `Welcome`, `Failure` and the headers look the same in every version, so that two that differ can say so.
+"""
+
+import struct
+from collections.abc import Sequence
+from typing import Any, TypeVar, cast
+
+import msgspec
+import numpy as np
+from msgspec import Struct
+
+from protocol.array_part import ArrayDescription, ArrayParts, Part, array_part
+from protocol.arrays import AnyArray
+from protocol.catalogue import Message, MessageType, message_type
+from protocol.errors import InvalidInput, LimitExceeded, MalformedMessage, VersionMismatch
+from protocol.header import ReplyHeader, RequestHeader
+from protocol.limits import Limits
+from protocol.messages import (
+    MESSAGE_NUMBERS,
+    OLDEST_PROTOCOL_VERSION,
+    PROTOCOL_VERSION,
+    Failure,
+    Hello,
+    Welcome,
+)
+
+_PRELUDE = struct.Struct("<HH")
+_EVERY_VERSION: frozenset[MessageType] = frozenset({Hello, Welcome, Failure})
+# A list that announces more elements than memory holds, or nests without end, fails in these ways inside msgspec.
+_UNDECODABLE = (msgspec.MsgspecError, UnicodeDecodeError, RecursionError, MemoryError, OverflowError)
+
+HeaderT = TypeVar("HeaderT", RequestHeader, ReplyHeader)
+
+
+class Payload(Struct, frozen=True, eq=False):
+    """A message's own parts, which stay the same however often it is sent."""
+
+    number: int
+    body: bytes
+    arrays: tuple[Part, ...]
+
+
+class Envelope(Struct, frozen=True, eq=False):
+    """A message that arrived, its sizes checked and its body unread."""
+
+    version: int
+    number: int
+    header: Part
+    body: Part
+    arrays: tuple[Part, ...]
+
+
+def encode(message: Message, limits: Limits) -> Payload:
+    """Write a message down. Its arrays are not copied: leave them as they are until it is sent.
+
+    Raises:
+        InvalidInput: a value can't travel, such as an array of objects.
+        LimitExceeded: the message is larger than `limits` allow.
+    """
+    arrays: list[Part] = []
+
+    def describe(value: Any) -> ArrayDescription:
+        if not isinstance(value, np.ndarray):
+            raise InvalidInput(f"a {type(value).__name__} can't be sent")
+        array = cast("AnyArray", value)
+        name, part = array_part(array)
+        arrays.append(part)
+        return ArrayDescription(dtype=name, shape=array.shape, index=len(arrays) - 1)
+
+    try:
+        body = msgspec.msgpack.encode(message, enc_hook=describe)
+    except (msgspec.MsgspecError, OverflowError, UnicodeEncodeError) as error:
+        raise InvalidInput(f"{type(message).__name__} can't be sent: {error}") from error
+    _require_caps(body, arrays, limits)
+    return Payload(number=MESSAGE_NUMBERS[type(message)], body=body, arrays=tuple(arrays))
+
+
+def seal(payload: Payload, header: RequestHeader | ReplyHeader, version: int = PROTOCOL_VERSION) -> list[Part]:
+    """The parts to send: a payload behind its header."""
+    prelude = _PRELUDE.pack(version, payload.number)
+    return [prelude, msgspec.msgpack.encode(header), payload.body, *payload.arrays]
+
+
+def open_envelope(parts: Sequence[Part], limits: Limits) -> Envelope:
+    """Take a multipart frame apart, looking at sizes only.
+
+    Raises:
+        MalformedMessage: it has too few parts, or its first one is no prelude.
+        LimitExceeded: it has too many parts, or too large ones.
+    """
+    if len(parts) < 3:
+        raise MalformedMessage(f"a message has at least 3 parts, {len(parts)} came")
+    prelude, header, body, *arrays = parts
+    if len(prelude) != _PRELUDE.size:
+        raise MalformedMessage(f"the first part has {_PRELUDE.size} bytes, {len(prelude)} came")
+    if len(header) > limits.header_bytes:
+        raise LimitExceeded(f"a header of {len(header)} bytes came, {limits.header_bytes} are taken")
+    _require_caps(body, arrays, limits)
+    version, number = _PRELUDE.unpack(prelude)
+    return Envelope(version=version, number=number, header=header, body=body, arrays=tuple(arrays))
+
+
+def decode_header(header: Part, kind: type[HeaderT]) -> HeaderT:
+    """Read a header.
+
+    Raises:
+        MalformedMessage: it is no header of that kind.
+    """
+    try:
+        return msgspec.msgpack.decode(header, type=kind)
+    except _UNDECODABLE as error:
+        raise MalformedMessage(f"{kind.__name__}: {error}") from error
+
+
+def decode(envelope: Envelope, limits: Limits) -> Message:
+    """Read the message in an envelope; its arrays are read-only views of the parts that arrived.
+
+    Raises:
+        VersionMismatch: it is written in a version that this side does not speak.
+        MalformedMessage: it is no message, or a value in it is out of range.
+    """
+    kind = message_type(envelope.number)
+    _require_version(envelope.version, kind)
+    arrays = ArrayParts(envelope.arrays, limits)
+    try:
+        message = msgspec.msgpack.decode(envelope.body, type=kind, dec_hook=arrays.take)
+        arrays.require_all_taken()
+    except (*_UNDECODABLE, ValueError) as error:
+        raise MalformedMessage(f"{kind.__name__}: {error}") from error
+    return message
+
+
+def _require_version(version: int, kind: MessageType) -> None:
+    if kind not in _EVERY_VERSION and not OLDEST_PROTOCOL_VERSION <= version <= PROTOCOL_VERSION:
+        raise VersionMismatch(
+            f"{kind.__name__} came in version {version} of the protocol; "
+            f"this side speaks {OLDEST_PROTOCOL_VERSION} to {PROTOCOL_VERSION}"
+        )
+
+
+def _require_caps(body: Part, arrays: Sequence[Part], limits: Limits) -> None:
+    if len(arrays) > limits.arrays:
+        raise LimitExceeded(f"a message with {len(arrays)} arrays; {limits.arrays} are allowed")
+    if len(body) > limits.body_bytes:
+        raise LimitExceeded(f"a body of {len(body)} bytes; {limits.body_bytes} are allowed")
+    for array in arrays:
+        if len(array) > limits.array_bytes:
+            raise LimitExceeded(f"an array of {len(array)} bytes; {limits.array_bytes} are allowed")
+    total = len(body) + sum(len(array) for array in arrays)
+    if total > limits.message_bytes:
+        raise LimitExceeded(f"a message of {total} bytes; {limits.message_bytes} are allowed")

@@ -1,0 +1,53 @@
+"""Why a call got no answer, in words that say what to do."""
+
+from collections.abc import Sequence
+
+from protocol.call import Call
+from protocol.connection import Connection, Phase
+from protocol.errors import CallFailed, DeadlineExceeded, WorkerLost
+from protocol.messages import State
+
+_STATUS = "See 'orchestrator status'"
+
+
+def expiry(call: Call, connections: Sequence[Connection], now: float) -> CallFailed:
+    """The error of a call whose deadline has come; `connections` are those that it could be made on."""
+    holder = next((one for one in connections if call in one.outstanding.values()), None)
+    tries = f"{call.tries} {'try' if call.tries == 1 else 'tries'}"
+    last = f"; the last one failed: {call.trouble}" if call.trouble else ""
+    if call.losses and holder is None:
+        return WorkerLost(
+            f"{_names(connections)} was lost while it held {call.request}, and none took it "
+            f"within {call.timeout:.3g} s ({tries}{last}); {_hint(connections, now)}"
+        )
+    who = _names(connections) if holder is None else holder.name
+    asked = connections if holder is None else [holder]
+    return DeadlineExceeded(
+        f"{who} did not answer {call.request} within {call.timeout:.3g} s ({tries}{last}); {_hint(asked, now)}"
+    )
+
+
+def _names(connections: Sequence[Connection]) -> str:
+    return " or ".join(connection.name for connection in connections)
+
+
+def _hint(connections: Sequence[Connection], now: float) -> str:
+    connected = [one for one in connections if one.phase is not Phase.CONNECTING]
+    if not connected:
+        return f"is it running? {_STATUS}"
+    greeted = [one for one in connected if one.phase is not Phase.GREETING]
+    if not greeted:
+        return "it took the connection and never said Welcome; is it a Vantage worker?"
+    return _health(greeted[0], now)
+
+
+def _health(connection: Connection, now: float) -> str:
+    pong = connection.health
+    if pong is None or connection.heard is None:
+        return f"it has not answered a ping since it was connected. {_STATUS}"
+    if pong.state is State.STARTING:
+        return "it is still starting; allow it more time (timeouts.startup)"
+    return (
+        f"it was heard {now - connection.heard:.1f} s ago, {pong.state}, with {pong.queue_depth} requests in hand "
+        f"and {pong.progress} answered; allow it more time (timeouts.call) or start more workers. {_STATUS}"
+    )

@@ -1,0 +1,244 @@
+"""The thread behind a client: it owns the sockets, gives each call to a worker, and sees that each call ends.
+
+A call waits here until a worker can take it, goes to the one with the fewest calls in hand, comes back when that worker
+is lost or refuses it for the moment, and goes out again, until it is answered or its deadline has come.
+"""
+
+import heapq
+import itertools
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+
+import zmq
+from msgspec import Struct
+
+from protocol.call import Call
+from protocol.connection import Answer, Connection, Phase
+from protocol.diagnosis import expiry
+from protocol.errors import CallFailed, ClientClosed, MalformedMessage, ProtocolError
+from protocol.failure import error_of
+from protocol.mailbox import Mailbox
+from protocol.messages import Failure, State
+from protocol.sockets import poll_timeout
+from protocol.timeouts import Timeouts
+
+_log = logging.getLogger(__name__)
+
+_PREFERENCE = {State.READY: 0, State.BUSY: 0, State.STARTING: 1, State.DRAINING: 2}
+_AGAIN = 0.01
+
+
+class Statistics(Struct, frozen=True, kw_only=True):
+    """What a client has counted since it was opened.
+
+    Attributes:
+        late_replies: replies to calls that were over, or had been sent again; they were dropped.
+        retries: calls that were sent again, for whatever reason.
+        losses: calls that were lost with their worker.
+        malformed: what came and was no message.
+    """
+
+    late_replies: int = 0
+    retries: int = 0
+    losses: int = 0
+    malformed: int = 0
+
+
+class Dispatcher:
+    """Runs until `close`; every call that was submitted ends with a reply or a typed error."""
+
+    def __init__(
+        self, connections: Sequence[Connection], *, name: str, timeouts: Timeouts, clock: Callable[[], float]
+    ) -> None:
+        self._connections = connections
+        self._timeouts = timeouts
+        self._clock = clock
+        self._mailbox: Mailbox[Call | None] = Mailbox()
+        self._poller = zmq.Poller()
+        self._calls: dict[int, Call] = {}
+        self._waiting: deque[Call] = deque()
+        self._timers: list[tuple[float, int, Callable[[Call], None], int]] = []
+        self._numbers = itertools.count()
+        self._closing = False
+        self._over: CallFailed | None = None
+        self._retries = 0
+        self._losses = 0
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def submit(self, call: Call) -> None:
+        """Take a call, which ends by its deadline. May be called from any thread.
+
+        Raises:
+            ClientClosed: after `close`.
+        """
+        if self._over is not None:
+            raise ClientClosed(str(self._over))
+        self._mailbox.put(call)
+        if self._over is not None:
+            self._fail_unread()
+
+    def close(self) -> None:
+        """End every call that is under way with `ClientClosed`, and the thread."""
+        self._mailbox.put(None)
+        self._thread.join()
+        self._mailbox.close()
+
+    @property
+    def statistics(self) -> Statistics:
+        """The counts so far."""
+        return Statistics(
+            late_replies=sum(connection.late for connection in self._connections),
+            retries=self._retries,
+            losses=self._losses,
+            malformed=sum(connection.malformed for connection in self._connections),
+        )
+
+    def _run(self) -> None:
+        over = ClientClosed("the client is closed")
+        try:
+            self._register()
+            while not self._closing:
+                self._turn()
+        except Exception as error:
+            # Without this thread no call would ever end.
+            _log.exception("the client's thread has failed")
+            over = ClientClosed(f"the client's thread has failed: {error!r}")
+        finally:
+            self._end(over)
+
+    def _register(self) -> None:
+        self._poller.register(self._mailbox.fileno(), zmq.POLLIN)
+        for connection in self._connections:
+            self._poller.register(connection.socket, zmq.POLLIN)
+            self._poller.register(connection.monitor, zmq.POLLIN)
+
+    def _turn(self) -> None:
+        ready = dict(self._poller.poll(self._patience()))
+        if self._mailbox.fileno() in ready:
+            self._admit()
+        for connection in self._connections:
+            # What a worker said before it was lost still counts, so replies come before events.
+            if connection.socket in ready:
+                for answer in connection.receive():
+                    self._settle(connection, answer)
+            if connection.monitor in ready:
+                connection.watch()
+            for call in connection.take_lost():
+                self._lose(call)
+            connection.tend()
+        self._run_timers()
+        self._send_waiting()
+
+    def _patience(self) -> int | None:
+        due = [connection.due for connection in self._connections]
+        due.append(self._timers[0][0] if self._timers else None)
+        if self._waiting and any(connection.phase is Phase.OPEN for connection in self._connections):
+            due.append(self._clock() + _AGAIN)
+        known = [when for when in due if when is not None]
+        return poll_timeout(min(known) - self._clock()) if known else None
+
+    def _admit(self) -> None:
+        for call in self._mailbox.take():
+            if call is None:
+                self._closing = True
+                continue
+            call.number = next(self._numbers)
+            self._calls[call.number] = call
+            self._at(call.deadline, self._expire, call)
+            self._dispatch(call)
+
+    def _dispatch(self, call: Call) -> None:
+        eligible = self._eligible(call)
+        usable = [connection for connection in eligible if connection.phase is Phase.OPEN]
+        for connection in sorted(usable, key=lambda one: _reluctance(one, call)):
+            if connection.send(call):
+                self._retries += call.tries > 1
+                return
+        refusals = [connection.refusal for connection in eligible]
+        if refusals[0] is not None and None not in refusals:
+            self._remove(call)
+            call.fail(refusals[0], self._clock())
+        else:
+            self._waiting.append(call)
+
+    def _send_waiting(self) -> None:
+        for _ in range(len(self._waiting)):
+            call = self._waiting.popleft()
+            if call.number in self._calls:
+                self._dispatch(call)
+
+    def _settle(self, connection: Connection, answer: Answer) -> None:
+        call, reply, header = answer
+        if isinstance(reply, Failure) and reply.retryable:
+            call.shunned = connection.address
+            call.trouble = f"{reply.code}: {reply.message}"
+            self._at(self._clock() + self._timeouts.backoff(call.tries), self._dispatch, call)
+            return
+        self._remove(call)
+        if isinstance(reply, call.reply):
+            call.succeed(reply, self._clock(), header.queue, header.compute)
+        elif isinstance(reply, Failure):
+            call.fail(error_of(reply, connection.name, call.request), self._clock())
+        elif isinstance(reply, ProtocolError):
+            call.fail(reply, self._clock())
+        else:
+            mistake = f"{connection.name} answered {call.request} with {type(reply).__name__}"
+            call.fail(MalformedMessage(mistake), self._clock())
+
+    def _lose(self, call: Call) -> None:
+        """Send it again at once; later each time, if it loses one worker after another."""
+        call.losses += 1
+        self._losses += 1
+        if call.losses == 1:
+            self._dispatch(call)
+        else:
+            self._at(self._clock() + self._timeouts.backoff(call.losses - 1), self._dispatch, call)
+
+    def _expire(self, call: Call) -> None:
+        self._remove(call)
+        call.fail(expiry(call, self._eligible(call), self._clock()), self._clock())
+        for connection in self._connections:
+            connection.forget(call)
+
+    def _eligible(self, call: Call) -> list[Connection]:
+        return [connection for connection in self._connections if call.target in (None, connection.address)]
+
+    def _remove(self, call: Call) -> None:
+        self._calls.pop(call.number, None)
+
+    def _at(self, when: float, action: Callable[[Call], None], call: Call) -> None:
+        # By number, not by the call itself: a timer outlives most calls, and a call holds its arrays.
+        heapq.heappush(self._timers, (when, next(self._numbers), action, call.number))
+
+    def _run_timers(self) -> None:
+        while self._timers and self._timers[0][0] <= self._clock():
+            _, _, action, number = heapq.heappop(self._timers)
+            if (call := self._calls.get(number)) is not None:
+                action(call)
+
+    def _end(self, over: CallFailed) -> None:
+        self._over = over
+        for connection in self._connections:
+            connection.close()
+        for call in self._calls.values():
+            call.fail(ClientClosed(f"{over} before {call.request} was answered"), self._clock())
+        self._calls.clear()
+        self._fail_unread()
+
+    def _fail_unread(self) -> None:
+        for call in self._mailbox.take():
+            if call is not None:
+                call.fail(ClientClosed(f"{self._over} before {call.request} was answered"), self._clock())
+
+
+def _reluctance(connection: Connection, call: Call) -> tuple[int, bool, int, float]:
+    """Smallest for the connection that the call should go to."""
+    return (
+        _PREFERENCE[connection.state],
+        call.shunned == connection.address,
+        len(connection.outstanding),
+        connection.used,
+    )

@@ -1,0 +1,253 @@
+"""The thread behind a worker's socket: it answers what needs no computing, and queues what does.
+
+Pings, handshakes and refusals come from here, so they come also while a handler computes. Requests go to the handlers
+through a queue, and their replies come back through a mailbox; all that is counted is counted by this thread.
+"""
+
+import contextlib
+import logging
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from queue import SimpleQueue
+from typing import Any
+
+import psutil
+import zmq
+
+from protocol.array_part import Part
+from protocol.catalogue import Message
+from protocol.codec import decode, decode_header, encode, open_envelope, seal
+from protocol.errors import ProtocolError, VersionMismatch
+from protocol.failure import draining, failure_of, overloaded
+from protocol.header import ReplyHeader, RequestHeader
+from protocol.incarnation import new_incarnation
+from protocol.limits import Limits
+from protocol.mailbox import Mailbox
+from protocol.message import Reply, Request
+from protocol.messages import (
+    OLDEST_PROTOCOL_VERSION,
+    PROTOCOL_VERSION,
+    Drain,
+    Drained,
+    Failure,
+    Hello,
+    Ping,
+    Pong,
+    Role,
+    State,
+    Welcome,
+)
+from protocol.sockets import Socket, received, send
+from protocol.timeouts import Timeouts
+
+_log = logging.getLogger(__name__)
+
+_LAST_WORDS_MS = 1000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Job:
+    """A request that a handler is to answer; times are seconds of the worker's clock."""
+
+    sender: Part
+    number: int
+    request: Request[Any]
+    arrived: float
+    expires: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Answer:
+    """Parts of a reply, ready to go."""
+
+    sender: Part
+    parts: list[Part]
+
+
+class Listener:
+    """Owns the socket until it is drained or stopped."""
+
+    def __init__(
+        self,
+        socket: Socket,
+        *,
+        role: Role,
+        capabilities: Mapping[str, str],
+        handlers: int,
+        timeouts: Timeouts,
+        limits: Limits,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.incarnation = new_incarnation()
+        self.clock = clock
+        self.jobs: SimpleQueue[Job | None] = SimpleQueue()
+        self._socket = socket
+        self._welcome = Welcome(
+            version=PROTOCOL_VERSION,
+            role=role,
+            incarnation=self.incarnation,
+            capabilities=dict(capabilities),
+            heartbeat=timeouts.heartbeat,
+        )
+        self._handlers = handlers
+        self._limits = limits
+        self._mailbox: Mailbox[Answer | State | None] = Mailbox()
+        self._process = psutil.Process()
+        self._state = State.STARTING
+        self._in_hand = 0
+        self._answered = 0
+        self._malformed = 0
+        self._drainers: list[tuple[Part, int]] = []
+        self._over = False
+        self._thread = threading.Thread(target=self._run, name=f"{role}-listener", daemon=True)
+
+    def start(self) -> None:
+        """Answer from now on."""
+        self._thread.start()
+
+    def ready(self) -> None:
+        """The handlers take jobs."""
+        self._mailbox.put(State.READY)
+
+    def drain(self) -> None:
+        """Take no more, and end once all that is in hand is answered. May be called from a signal handler."""
+        self._mailbox.put(State.DRAINING)
+
+    def stop(self) -> None:
+        """End now; what is in hand is refused."""
+        self._mailbox.put(None)
+        self._thread.join()
+        self._mailbox.close()
+
+    def answer(self, job: Job, reply: Reply, compute: float, queue: float) -> None:
+        """Send a job's reply. Called by the handlers' threads, which also encode it.
+
+        Raises:
+            InvalidInput, LimitExceeded: the reply can't be sent.
+        """
+        header = ReplyHeader(job.number, self.incarnation, queue=queue, compute=compute)
+        self._mailbox.put(Answer(job.sender, seal(encode(reply, self._limits), header)))
+
+    def _run(self) -> None:
+        poller = zmq.Poller()
+        poller.register(self._mailbox.fileno(), zmq.POLLIN)
+        poller.register(self._socket, zmq.POLLIN)
+        try:
+            while not self._over:
+                ready = dict(poller.poll())
+                if self._mailbox.fileno() in ready:
+                    self._empty_mailbox()
+                if self._socket in ready:
+                    for parts in received(self._socket, self._limits):
+                        self._take(parts)
+                self._end_if_drained()
+        except Exception:
+            _log.exception("the listener has failed")
+        finally:
+            self._end()
+
+    def _empty_mailbox(self) -> None:
+        for item in self._mailbox.take():
+            if isinstance(item, Answer):
+                self._in_hand -= 1
+                self._answered += 1
+                self._deliver(item.sender, item.parts)
+            elif item is State.DRAINING or (item is State.READY and self._state is State.STARTING):
+                self._state = item
+            elif item is None:
+                self._over = True
+
+    def _take(self, parts: list[Part]) -> None:
+        """Answer or queue one message; nothing that a peer sends ends this thread."""
+        sender, *message = parts
+        number = None
+        try:
+            number = _request_number(message)
+            envelope = open_envelope(message, self._limits)
+            header = decode_header(envelope.header, RequestHeader)
+            self._handle(sender, header, decode(envelope, self._limits))
+        except ProtocolError as error:
+            self._count_malformed(error)
+            if number is not None:
+                self._reply(sender, number, failure_of(error))
+
+    def _handle(self, sender: Part, header: RequestHeader, message: Message) -> None:
+        match message:
+            case Ping():
+                self._reply(sender, header.request, self._pong())
+            case Hello():
+                self._reply(sender, header.request, self._greet(message))
+            case Drain():
+                self._drainers.append((sender, header.request))
+                self._state = State.DRAINING
+            case Request():
+                self._queue(sender, header, message)
+            case _:
+                reason = f"{type(message).__name__} is no request"
+                self._reply(sender, header.request, Failure(code="unsupported", message=reason))
+
+    def _queue(self, sender: Part, header: RequestHeader, request: Request[Any]) -> None:
+        if self._state is State.DRAINING:
+            self._reply(sender, header.request, draining())
+        elif self._in_hand >= self._limits.queue:
+            self._reply(sender, header.request, overloaded(self._in_hand))
+        else:
+            now = self.clock()
+            self._in_hand += 1
+            self.jobs.put(Job(sender, header.request, request, now, now + header.deadline))
+
+    def _greet(self, hello: Hello) -> Reply:
+        if hello.newest_version < OLDEST_PROTOCOL_VERSION or hello.oldest_version > PROTOCOL_VERSION:
+            mismatch = VersionMismatch(
+                f"it speaks versions {OLDEST_PROTOCOL_VERSION} to {PROTOCOL_VERSION} of the protocol, "
+                f"the other side {hello.oldest_version} to {hello.newest_version}; update the older one"
+            )
+            _log.warning("refused %s %s: %s", hello.role, hello.incarnation, mismatch)
+            return failure_of(mismatch)
+        return self._welcome
+
+    def _pong(self) -> Pong:
+        state = State.BUSY if self._state is State.READY and self._in_hand else self._state
+        return Pong(
+            incarnation=self.incarnation,
+            state=state,
+            progress=self._answered,
+            queue_depth=self._in_hand,
+            resident_bytes=self._process.memory_info().rss,
+            malformed=self._malformed,
+        )
+
+    def _reply(self, sender: Part, number: int, reply: Reply) -> None:
+        header = ReplyHeader(number, self.incarnation)
+        self._deliver(sender, seal(encode(reply, self._limits), header))
+
+    def _deliver(self, sender: Part, parts: list[Part]) -> None:
+        if not send(self._socket, [sender, *parts]):
+            _log.info("a reply was dropped: its client is gone or takes nothing")
+
+    def _count_malformed(self, error: ProtocolError) -> None:
+        self._malformed += 1
+        # The first one and then ever fewer: a peer that sends garbage must not fill the disk with what we say about it.
+        if self._malformed & (self._malformed - 1) == 0:
+            _log.warning("%d malformed messages so far; the last one: %s", self._malformed, error)
+
+    def _end_if_drained(self) -> None:
+        if self._state is State.DRAINING and self._in_hand == 0:
+            for sender, number in self._drainers:
+                self._reply(sender, number, Drained())
+            self._over = True
+
+    def _end(self) -> None:
+        for _ in range(self._handlers):
+            self.jobs.put(None)
+        # The last replies are on their way; all else on this socket was delivered or is not wanted.
+        self._socket.close(linger=_LAST_WORDS_MS)
+
+
+def _request_number(message: list[Part]) -> int | None:
+    """The id of a request that may be malformed otherwise, so that its sender can be told."""
+    with contextlib.suppress(ProtocolError, IndexError):
+        return decode_header(message[1], RequestHeader).request
+    return None

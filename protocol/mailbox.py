@@ -1,0 +1,48 @@
+"""Things handed to a thread that waits on sockets: any thread puts, one thread takes.
+
+A ZeroMQ socket belongs to one thread, so whatever other threads have for it goes through here; the mailbox has a file
+descriptor that becomes readable, which a `zmq.Poller` waits on together with the sockets.
+"""
+
+import contextlib
+import socket
+from collections import deque
+from typing import Generic, TypeVar
+
+ItemT = TypeVar("ItemT")
+
+
+class Mailbox(Generic[ItemT]):
+    """A queue that wakes its reader out of a poll."""
+
+    def __init__(self) -> None:
+        self._items: deque[ItemT] = deque()
+        self._reader, self._writer = socket.socketpair()
+        self._reader.setblocking(False)
+        self._writer.setblocking(False)
+
+    def fileno(self) -> int:
+        """Readable when there may be something to take."""
+        return self._reader.fileno()
+
+    def put(self, item: ItemT) -> None:
+        """Hand over an item. May be called from a signal handler, and after `close`, when nobody takes it."""
+        self._items.append(item)
+        # A full pipe has bytes enough to wake the reader; a closed one has no reader left to wake.
+        with contextlib.suppress(OSError):
+            self._writer.send(b"\0")
+
+    def take(self) -> list[ItemT]:
+        """All that was put since the last time, in order."""
+        # The bytes go first: an item put in between leaves its byte for the next turn.
+        with contextlib.suppress(OSError):
+            self._reader.recv(4096)
+        items: list[ItemT] = []
+        while self._items:
+            items.append(self._items.popleft())
+        return items
+
+    def close(self) -> None:
+        """Give the descriptors back."""
+        self._reader.close()
+        self._writer.close()

@@ -1,0 +1,164 @@
+"""A worker: a table of handlers behind a socket.
+
+    Starting ──start() returned──▶ Ready ⇄ Busy ──SIGTERM, SIGINT or Drain──▶ Draining ──all answered──▶ gone
+
+All that a network needs (handshakes, pings, deadlines, limits, refusals, drain) is here; a handler is a function.
+"""
+
+import logging
+import signal
+import threading
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any, TypeAlias
+
+import zmq
+
+from protocol.errors import InvalidInput, VantageError
+from protocol.failure import failure_of
+from protocol.limits import DEFAULT_LIMITS, Limits
+from protocol.listener import Job, Listener
+from protocol.message import Reply, Request
+from protocol.messages import Failure, Role
+from protocol.sockets import Context, bind_router
+from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
+
+Handlers: TypeAlias = Mapping[type[Request[Any]], Callable[[Any], Reply]]
+"""Which function answers which request."""
+
+_log = logging.getLogger(__name__)
+
+
+class _StartInterrupted(BaseException):
+    """A signal came before there was anything to finish."""
+
+
+def serve(
+    start: Callable[[], Handlers],
+    *,
+    role: Role,
+    bind: str,
+    capabilities: Mapping[str, str] | None = None,
+    concurrency: int = 1,
+    timeouts: Timeouts = DEFAULT_TIMEOUTS,
+    limits: Limits = DEFAULT_LIMITS,
+    context: Context | None = None,
+) -> None:
+    """Serve until SIGTERM, SIGINT or `Drain`, then finish what is in hand and return.
+
+    The address answers at once, in state STARTING, while `start` loads what the handlers need; requests that come then
+    wait. Handlers run in the calling thread, and in `concurrency - 1` more. A reply's arrays are not copied: a handler
+    gives them away, and must not write to them again.
+
+    Raises:
+        AddressUnavailable: `bind` is in use or can't be served.
+        Exception: whatever `start` raises, after all that waits was refused.
+    """
+    if concurrency < 1:
+        raise InvalidInput(f"a worker has one handler thread or more, not {concurrency}")
+    owned: Context | None = zmq.Context() if context is None else None
+    try:
+        listener = Listener(
+            bind_router(context or owned or zmq.Context(), bind, timeouts, limits),
+            role=role,
+            capabilities=capabilities or {},
+            handlers=concurrency,
+            timeouts=timeouts,
+            limits=limits,
+        )
+        _log.info("%s listens at %s", role, bind, extra={"incarnation": listener.incarnation})
+        _run(listener, start, concurrency)
+        _log.info("%s at %s has ended", role, bind)
+    finally:
+        if owned is not None:
+            owned.term()
+
+
+def _run(listener: Listener, start: Callable[[], Handlers], concurrency: int) -> None:
+    listener.start()
+    try:
+        with _interruption_by_signal():
+            handlers = start()
+        with _drain_by_signal(listener):
+            listener.ready()
+            _handle_all(listener, handlers, concurrency)
+    except _StartInterrupted:
+        _log.info("ended by a signal while starting")
+    finally:
+        listener.stop()
+
+
+def _handle_all(listener: Listener, handlers: Handlers, concurrency: int) -> None:
+    others = [
+        threading.Thread(target=_handle_jobs, args=(listener, handlers), name=f"handler-{number}", daemon=True)
+        for number in range(1, concurrency)
+    ]
+    for thread in others:
+        thread.start()
+    _handle_jobs(listener, handlers)
+    for thread in others:
+        thread.join()
+
+
+def _handle_jobs(listener: Listener, handlers: Handlers) -> None:
+    while (job := listener.jobs.get()) is not None:
+        begun = listener.clock()
+        reply = _reply_to(job, handlers, begun)
+        ended = listener.clock()
+        queue, compute = begun - job.arrived, ended - begun
+        try:
+            listener.answer(job, reply, compute, queue)
+        except VantageError as error:
+            _log.exception("the reply to %s can't be sent", type(job.request).__name__)
+            listener.answer(job, failure_of(error), compute, queue)
+
+
+def _reply_to(job: Job, handlers: Handlers, now: float) -> Reply:
+    name = type(job.request).__name__
+    handler = handlers.get(type(job.request))
+    if handler is None:
+        return Failure(code="unsupported", message=f"this worker does not answer {name}")
+    if now >= job.expires:
+        return Failure(code="deadline-exceeded", message=f"{name} waited in the queue until its deadline")
+    try:
+        reply = handler(job.request)
+    except VantageError as error:
+        return failure_of(error)
+    except Exception as error:
+        _log.exception("the handler of %s has failed", name)
+        return failure_of(error)
+    return reply
+
+
+@contextmanager
+def _interruption_by_signal() -> Generator[None]:
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        raise _StartInterrupted
+
+    with _signals_to(interrupt):
+        yield
+
+
+@contextmanager
+def _drain_by_signal(listener: Listener) -> Generator[None]:
+    def drain(number: int, frame: FrameType | None) -> None:
+        _log.info("draining on signal %d", number)
+        listener.drain()
+
+    with _signals_to(drain):
+        yield
+
+
+@contextmanager
+def _signals_to(handler: Callable[[int, FrameType | None], None]) -> Generator[None]:
+    """Have SIGTERM and SIGINT handled so; only the main thread can, and only there do they arrive."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, handler) for number in (signal.SIGTERM, signal.SIGINT)}
+    try:
+        yield
+    finally:
+        for number, previous in before.items():
+            signal.signal(number, previous)

@@ -1,0 +1,117 @@
+"""The sockets of both ends, and how whole messages go in and out of them.
+
+Every socket refuses larger parts than its limits allow before it takes memory for them, and none outlives its process
+to deliver something.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import TypeAlias
+
+import zmq
+
+from protocol.address import check_address, clear_stale_socket
+from protocol.array_part import Part
+from protocol.errors import AddressUnavailable
+from protocol.limits import KIB, Limits
+from protocol.timeouts import Timeouts
+
+Context: TypeAlias = zmq.Context[zmq.Socket[bytes]]
+Socket: TypeAlias = zmq.Socket[bytes]
+
+BORROWED_FROM = 64 * KIB
+"""Parts of this many bytes are sent and received without a copy; below, a copy is cheaper than the bookkeeping."""
+
+_RECONNECT_MS = 50
+_LONGEST_RECONNECT_MS = 500
+
+
+def connect_dealer(context: Context, address: str, timeouts: Timeouts, limits: Limits) -> Socket:
+    """A client's socket, which connects again and again for as long as it is open.
+
+    Raises:
+        AddressUnavailable: `address` is no address.
+    """
+    check_address(address)
+    dealer = _open(context, zmq.DEALER, timeouts, limits)
+    # What a broken connection did not deliver is lost at once; the client sends it again, and knows that it did.
+    dealer.set(zmq.IMMEDIATE, 1)
+    dealer.set(zmq.SNDHWM, 0)
+    dealer.set(zmq.RECONNECT_IVL, _RECONNECT_MS)
+    dealer.set(zmq.RECONNECT_IVL_MAX, _LONGEST_RECONNECT_MS)
+    try:
+        dealer.connect(address)
+    except zmq.ZMQError as error:
+        dealer.close()
+        raise AddressUnavailable(f"can't connect to {address}: {error.strerror}") from error
+    return dealer
+
+
+def bind_router(context: Context, address: str, timeouts: Timeouts, limits: Limits) -> Socket:
+    """A worker's socket.
+
+    Raises:
+        AddressUnavailable: the address is in use, can't be bound on this machine, or is none.
+    """
+    check_address(address)
+    clear_stale_socket(address)
+    router = _open(context, zmq.ROUTER, timeouts, limits)
+    router.set(zmq.ROUTER_MANDATORY, 1)
+    router.set(zmq.SNDHWM, limits.queue)
+    router.set(zmq.RCVHWM, limits.queue)
+    try:
+        router.bind(address)
+    except zmq.ZMQError as error:
+        router.close()
+        raise AddressUnavailable(f"{address} can't be served: {error.strerror}") from error
+    return router
+
+
+def send(socket: Socket, parts: Sequence[Part]) -> bool:
+    """Hand a message to the socket; False where it goes nowhere (no connection, or one that is full)."""
+    try:
+        socket.send_multipart(parts, flags=zmq.DONTWAIT, copy=False)
+    except zmq.ZMQError as error:
+        if error.errno in (zmq.EAGAIN, zmq.EHOSTUNREACH):
+            return False
+        raise
+    return True
+
+
+def received(socket: Socket, limits: Limits, most: int = 64) -> Iterator[list[Part]]:
+    """The whole messages that wait in the socket, at most `most`; parts past the limit are dropped but for one."""
+    for _ in range(most):
+        parts: list[Part] = []
+        try:
+            part = socket.recv(zmq.DONTWAIT, copy=False)
+        except zmq.Again:
+            return
+        parts.append(_taken(part))
+        while part.more:
+            part = socket.recv(copy=False)
+            if len(parts) <= limits.parts + 1:
+                parts.append(_taken(part))
+        yield parts
+
+
+def poll_timeout(seconds: float) -> int:
+    """Milliseconds to wait, rounded up so that what is due is due when the poll ends."""
+    return max(0, math.ceil(seconds * 1000))
+
+
+def _open(context: Context, kind: int, timeouts: Timeouts, limits: Limits) -> Socket:
+    socket = context.socket(kind)
+    socket.set(zmq.LINGER, 0)
+    socket.set(zmq.MAXMSGSIZE, limits.part_bytes)
+    socket.set(zmq.IPV6, 1)
+    silence = math.ceil(timeouts.silence * 1000)
+    socket.set(zmq.HEARTBEAT_IVL, max(1, silence // 4))
+    socket.set(zmq.HEARTBEAT_TIMEOUT, silence)
+    socket.set(zmq.HANDSHAKE_IVL, silence)
+    socket.copy_threshold = BORROWED_FROM
+    return socket
+
+
+def _taken(part: zmq.Frame) -> Part:
+    """The part's bytes; small ones are copied, so that they don't keep a whole receive buffer alive."""
+    return part.buffer if len(part) >= BORROWED_FROM else part.bytes
