@@ -1,0 +1,8 @@
+"""`python -m render_worker --bind ADDRESS [--config FILE]`."""
+
+import sys
+
+from render_worker.worker import main
+
+if __name__ == "__main__":
+    sys.exit(main())

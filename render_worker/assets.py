@@ -1,0 +1,169 @@
+"""The baked file: bodies, their skeleton and garments, and the photographs that surroundings are made of.
+
+`python -m render_worker.bake` makes it once; it holds plain arrays only, and every array that a renderer needs.
+All lengths are metres; all positions are in the body frame (x to the front, y to the left, z up).
+"""
+
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from protocol.arrays import Float32Array, UInt8Array
+from protocol.artifact import cache_directory, require_artifact, whole_file
+from protocol.errors import ArtifactDamaged
+from render_worker.arrays import IndexArray
+
+FORMAT = "vantage-bodies"
+VERSION = 1
+MADE_BY = "orchestrator bodies bake"
+
+PARTS = ("skin", "tights", "skirt", "long_hair", "left_eye", "right_eye", "lashes")
+MASKS = ("lips", "ears", "nails", "brows", "scalp", "stubble")
+PHOTOGRAPHS = ("brick", "grass", "gravel", "coffee", "chelsea")
+
+
+@dataclass(frozen=True)
+class Part:
+    """A textured surface of every body.
+
+    Attributes:
+        source: (c,) body vertex of each corner; a corner is a vertex with one place in the texture.
+        uv: (c, 2) texture coordinates, v upwards.
+        triangles: (t, 3) corners, counter-clockwise seen from outside.
+    """
+
+    source: IndexArray
+    uv: Float32Array
+    triangles: IndexArray
+
+
+@dataclass(frozen=True)
+class Rig:
+    """The skeleton that all identities share.
+
+    Attributes:
+        labels: (b,) names of the bones.
+        parents: (b,) each bone's parent, always earlier in the list; -1 for the root.
+        weights: (n, b) share of each bone in each vertex; rows sum to 1.
+        regressor: (18, n) COCO-18 joints as weighted means of the vertices.
+    """
+
+    labels: tuple[str, ...]
+    parents: tuple[int, ...]
+    weights: Float32Array
+    regressor: Float32Array
+
+
+@dataclass(frozen=True)
+class Assets:
+    """Everything that was baked.
+
+    Attributes:
+        vertices: (60, n, 3) every identity at rest.
+        bone_heads: (60, b, 3) where each identity's bones start, at rest.
+        canonical: (n, 3) the mean body at rest, by which garments are cut, height running from 0 to 1.
+        along_arm: (n,) 0 on the trunk, 0 to 1 on the upper arm, 1 to 2 on the forearm, above on the hand.
+        masks: (size, size) each, 0 to 255 over the skin's texture, the first row at v = 0.
+        photographs: (height, width, 3) each.
+        provenance: what it was made from, and how well it agrees with the source.
+    """
+
+    vertices: Float32Array
+    bone_heads: Float32Array
+    canonical: Float32Array
+    along_arm: Float32Array
+    rig: Rig
+    parts: Mapping[str, Part]
+    masks: Mapping[str, UInt8Array]
+    photographs: Mapping[str, UInt8Array]
+    provenance: Mapping[str, Any]
+
+
+def assets_path(configured: str | None = None) -> Path:
+    """Where the baked file is: the configured path, or its place in the user's cache."""
+    return Path(configured) if configured else cache_directory() / f"bodies-v{VERSION}.npz"
+
+
+def save_assets(path: Path, assets: Assets) -> None:
+    """Write the baked file; it appears whole or not at all."""
+    arrays: dict[str, NDArray[Any]] = {
+        "format": np.array(FORMAT),
+        "version": np.array(VERSION),
+        "provenance": np.array(json.dumps(dict(assets.provenance))),
+        "vertices": assets.vertices,
+        "bone_heads": assets.bone_heads,
+        "canonical": assets.canonical,
+        "along_arm": assets.along_arm,
+        "bone_labels": np.array(assets.rig.labels),
+        "bone_parents": np.array(assets.rig.parents, np.int32),
+        **_sparse("weights", assets.rig.weights),
+        **_sparse("regressor", assets.rig.regressor),
+        **{f"mask_{name}": mask for name, mask in assets.masks.items()},
+        **{f"photograph_{name}": image for name, image in assets.photographs.items()},
+    }
+    for name, part in assets.parts.items():
+        arrays |= {f"{name}_source": part.source, f"{name}_uv": part.uv, f"{name}_triangles": part.triangles}
+    with whole_file(path) as aside:
+        np.savez_compressed(aside, allow_pickle=False, **arrays)
+
+
+def load_assets(path: Path) -> Assets:
+    """Read the baked file.
+
+    Raises:
+        ArtifactMissing: it was not made yet; the message names the command that makes it.
+        ArtifactDamaged: it is cut off, of another version, or no such file at all.
+    """
+    require_artifact(path, made_by=MADE_BY)
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            return _decode(stored)
+    except (zipfile.BadZipFile, OSError, EOFError, KeyError, ValueError, IndexError) as error:
+        raise ArtifactDamaged(
+            f"{path} is no whole file of bodies ({error}); '{MADE_BY} --force' makes it anew"
+        ) from error
+
+
+def _decode(stored: Mapping[str, NDArray[Any]]) -> Assets:
+    if str(stored["format"]) != FORMAT or int(stored["version"]) != VERSION:
+        raise ValueError(f"it is {stored['format']} {stored['version']}, not {FORMAT} {VERSION}")
+    return Assets(
+        vertices=stored["vertices"],
+        bone_heads=stored["bone_heads"],
+        canonical=stored["canonical"],
+        along_arm=stored["along_arm"],
+        rig=Rig(
+            labels=tuple(str(label) for label in stored["bone_labels"]),
+            parents=tuple(int(parent) for parent in stored["bone_parents"]),
+            weights=_dense("weights", stored),
+            regressor=_dense("regressor", stored),
+        ),
+        parts={
+            name: Part(stored[f"{name}_source"], stored[f"{name}_uv"], stored[f"{name}_triangles"]) for name in PARTS
+        },
+        masks={name: stored[f"mask_{name}"] for name in MASKS},
+        photographs={name: stored[f"photograph_{name}"] for name in PHOTOGRAPHS},
+        provenance=json.loads(str(stored["provenance"])),
+    )
+
+
+def _sparse(name: str, matrix: Float32Array) -> dict[str, NDArray[Any]]:
+    rows, columns = np.nonzero(matrix)
+    return {
+        f"{name}_shape": np.array(matrix.shape, np.int32),
+        f"{name}_rows": rows.astype(np.int32),
+        f"{name}_columns": columns.astype(np.int32),
+        f"{name}_values": matrix[rows, columns],
+    }
+
+
+def _dense(name: str, stored: Mapping[str, NDArray[Any]]) -> Float32Array:
+    matrix = np.zeros(tuple(stored[f"{name}_shape"]), np.float32)
+    matrix[stored[f"{name}_rows"], stored[f"{name}_columns"]] = stored[f"{name}_values"]
+    return matrix

@@ -1,0 +1,177 @@
+"""A clothed person as one mesh: everything that a renderer uploads for a scene's body.
+
+Garments are cut from helper surfaces per pixel: each corner carries signed distances to the garment's edges, and a
+pixel where one of them is negative has no cloth. Skin that cloth hides is left out, so it can't show through.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from protocol.arrays import Float32Array, Float64Array, UInt8Array
+from protocol.scene import Scene
+from protocol.skeleton import Joint
+from render_worker.arrays import IndexArray, RealArray
+from render_worker.assets import Assets
+from render_worker.body import Body, pose_body
+from render_worker.hairline import hair_depth
+from render_worker.outfit import Garment, Hair, Outfit, sample_outfit
+from render_worker.textures import eye_texture, fabric_texture, hair_texture, plain_texture, skin_texture
+
+_HIDDEN_MARGIN = 0.012
+"""Skin is left out where cloth reaches this much further, in body heights."""
+
+_FABRIC_REPEATS = 3.0
+"""How often a fabric's texture repeats over the body's height."""
+
+_NO_EDGE = 1.0
+
+
+class Corners(NamedTuple):
+    """A surface ready to draw; arrays have one row a corner.
+
+    Attributes:
+        position, normal: (c, 3) in the body frame.
+        uv: (c, 3) texture coordinates and the number of the texture.
+        cut: (c, 3) signed distances to edges; nothing is drawn where one is negative.
+        triangles: (t, 3).
+    """
+
+    position: Float32Array
+    normal: Float32Array
+    uv: Float32Array
+    cut: Float32Array
+    triangles: IndexArray
+
+
+class Person(NamedTuple):
+    """Attributes:
+    corners: (c, 12) float32: position, normal, texture coordinates and number, distances to edges.
+    whole: (t, 3) triangles that lie inside all edges.
+    cut: (u, 3) triangles that an edge crosses.
+    textures: (k, size, size, 3) sRGB.
+    joints: (18, 3) COCO-18 in the body frame, metres.
+    """
+
+    corners: Float32Array
+    whole: IndexArray
+    cut: IndexArray
+    textures: UInt8Array
+    joints: Float64Array
+
+
+def dress(assets: Assets, scene: Scene) -> Person:
+    """Pose and clothe the person of a scene, in the body frame."""
+    body = pose_body(assets, scene.identity, scene.pose)
+    outfit = sample_outfit(scene.appearance, feminine=is_feminine(assets, scene.identity))
+    surfaces = [_skin(assets, body, outfit), *_eyes(assets, body), _lashes(assets, body)]
+    textures = [skin_texture(outfit, assets.masks), eye_texture(outfit.eyes), plain_texture((34, 26, 24))]
+    for garment in outfit.garments:
+        surfaces.append(_garment(assets, body, garment, len(textures)))
+        textures.append(fabric_texture(garment.fabric))
+    if outfit.hair is not None:
+        surfaces.append(_hair(assets, body, outfit.hair, len(textures)))
+        textures.append(hair_texture(outfit.hair))
+    return _join(surfaces, np.stack(textures), body.joints)
+
+
+def is_feminine(assets: Assets, identity: int) -> bool:
+    """Whether an identity's body is rather a woman's."""
+    return float(assets.provenance["phenotypes"][identity]["gender"]) > 0.5
+
+
+def _surface(assets: Assets, body: Body, part: str, texture: int, offset: RealArray | float = 0.0) -> Corners:
+    surface = assets.parts[part]
+    normal = body.normals[surface.source]
+    lift = np.broadcast_to(np.asarray(offset, np.float32), (len(surface.source),))[:, None]
+    number = np.full((len(surface.source), 1), texture, np.float32)
+    return Corners(
+        position=(body.vertices[surface.source] + lift * normal).astype(np.float32),
+        normal=normal,
+        uv=np.hstack([surface.uv, number]),
+        cut=np.full((len(surface.source), 3), _NO_EDGE, np.float32),
+        triangles=surface.triangles,
+    )
+
+
+def _skin(assets: Assets, body: Body, outfit: Outfit) -> Corners:
+    corners = _surface(assets, body, "skin", 0)
+    source = assets.parts["skin"].source
+    points, along_arm = assets.canonical[source], assets.along_arm[source]
+    hidden = np.zeros(len(source), bool)
+    for garment in outfit.garments:
+        if garment.part == "tights":
+            hidden |= edges(garment, points, along_arm).min(axis=1) > _HIDDEN_MARGIN
+    return corners._replace(triangles=corners.triangles[~hidden[corners.triangles].all(axis=1)])
+
+
+def _garment(assets: Assets, body: Body, garment: Garment, texture: int) -> Corners:
+    corners = _surface(assets, body, garment.part, texture, garment.offset)
+    source = assets.parts[garment.part].source
+    points = assets.canonical[source]
+    uv = corners.uv.copy()
+    uv[:, :2] = points[:, 1:] * _FABRIC_REPEATS
+    return corners._replace(uv=uv, cut=edges(garment, points, assets.along_arm[source]))
+
+
+def edges(garment: Garment, points: Float32Array, along_arm: Float32Array) -> Float32Array:
+    """(c, 3) signed distances of points on the mean body to a garment's hem, neckline and sleeves, positive inside."""
+    height = points[:, 2]
+    # A neckline is lower in front, and there it is lowest in the middle.
+    chest = np.maximum(points[:, 0], 0) * np.clip(1 - np.abs(points[:, 1]) / 0.07, 0, 1)
+    sleeve = 0.19 * (garment.sleeve - along_arm) if garment.sleeve > 0 else 0.5 - along_arm
+    inside = [height - garment.lowest, garment.highest - height - garment.neck * chest, sleeve]
+    return np.stack(inside, axis=1).astype(np.float32)
+
+
+def _eyes(assets: Assets, body: Body) -> list[Corners]:
+    """Eyeballs, textured by projection along the view."""
+    made: list[Corners] = []
+    for part in ("left_eye", "right_eye"):
+        corners = _surface(assets, body, part, 1)
+        points = assets.canonical[assets.parts[part].source]
+        centre = (points.min(axis=0) + points.max(axis=0)) / 2
+        radius = float(np.ptp(points[:, 2])) / 2
+        uv = corners.uv.copy()
+        uv[:, :2] = 0.5 + (points[:, 1:] - centre[1:]) / (2 * radius)
+        made.append(corners._replace(uv=uv))
+    return made
+
+
+def _lashes(assets: Assets, body: Body) -> Corners:
+    return _surface(assets, body, "lashes", 2)
+
+
+def _hair(assets: Assets, body: Body, hair: Hair, texture: int) -> Corners:
+    """The scalp, raised; thin at the hairline, so that it does not stand off like a cap."""
+    source = assets.parts["skin"].source
+    points = assets.canonical[source]
+    face = assets.rig.regressor.astype(float) @ assets.canonical.astype(float)
+    head = points[:, 2] > face[Joint.NOSE, 2] - 0.1
+    depth = np.where(head, hair_depth(points, face, hair.length), -1.0).astype(np.float32)
+    lift = hair.thickness * np.sqrt(np.clip(depth / 0.02, 0.02, 1))
+    corners = _surface(assets, body, "skin", texture, lift)
+    uv = corners.uv.copy()
+    uv[:, :2] = np.stack(
+        [np.arctan2(points[:, 1], points[:, 0] - face[Joint.LEFT_EAR, 0]) * 2, points[:, 2] * 6], axis=1
+    )
+    cut = np.stack([depth, np.ones_like(depth), np.ones_like(depth)], axis=1)
+    return corners._replace(uv=uv, cut=cut)
+
+
+def _join(surfaces: list[Corners], textures: UInt8Array, joints: Float64Array) -> Person:
+    rows: list[Float32Array] = []
+    whole: list[IndexArray] = []
+    crossed: list[IndexArray] = []
+    start = 0
+    for surface in surfaces:
+        outside = surface.cut[surface.triangles] < 0
+        kept = ~np.any(outside.all(axis=1), axis=1)
+        inside = ~np.any(outside, axis=(1, 2))
+        whole.append(surface.triangles[inside] + start)
+        crossed.append(surface.triangles[kept & ~inside] + start)
+        rows.append(np.hstack([surface.position, surface.normal, surface.uv, surface.cut]))
+        start += len(surface.position)
+    return Person(
+        np.concatenate(rows).astype(np.float32), np.concatenate(whole), np.concatenate(crossed), textures, joints
+    )

@@ -1,0 +1,74 @@
+"""From a `BodyPose` to the rotations of all bones."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from protocol.arrays import Float64Array
+from protocol.scene import Arm, BodyPose, Head, Leg
+from render_worker.arm import RestArm, pose_arm
+from render_worker.rotation import rotation
+
+_NECK = ("neck01", "neck02", "neck03", "head")
+"""Nodding and turning is shared evenly among these."""
+
+_FINGER_CURL = 0.22
+"""Radians by which each joint of a finger is bent in a relaxed hand."""
+
+
+class BonePose(NamedTuple):
+    """What `skinning.bone_transforms` needs: rotations by bone, and the bones that twist about another one's head."""
+
+    rotations: dict[int, Float64Array]
+    twists: dict[int, int]
+
+
+def pose_bones(pose: BodyPose, heads: Float64Array, labels: Sequence[str]) -> BonePose:
+    """Turn the bones of a body.
+
+    Args:
+        heads: (b, 3) where each bone starts at rest, in the body frame, metres.
+        labels: the bones' names.
+    """
+    index = {label: number for number, label in enumerate(labels)}
+    turned: dict[str, Float64Array] = {}
+    for side, arm, leg in (("L", pose.left_arm, pose.left_leg), ("R", pose.right_arm, pose.right_leg)):
+        turned |= _arm_bones(side, arm, heads, index)
+        turned |= _leg_bones(side, leg)
+    turned |= _head_bones(pose.head)
+    twists = {f"{bone}02.{side}": f"{bone}01.{side}" for side in "LR" for bone in ("upperarm", "lowerarm")}
+    return BonePose(
+        {index[label]: turn for label, turn in turned.items()},
+        {index[continuing]: index[continued] for continuing, continued in twists.items()},
+    )
+
+
+def _arm_bones(side: str, arm: Arm, heads: Float64Array, index: dict[str, int]) -> dict[str, Float64Array]:
+    names = ("clavicle", "upperarm01", "lowerarm01", "wrist")
+    collar, shoulder, elbow, wrist = (heads[index[f"{name}.{side}"]] for name in names)
+    posed = pose_arm(RestArm(collar, shoulder, elbow, wrist, 1 if side == "L" else -1), arm)
+    bones = {
+        "clavicle": posed.girdle,
+        "upperarm01": posed.upper_twist,
+        "upperarm02": posed.upper,
+        "lowerarm01": posed.lower,
+        "lowerarm02": posed.lower_twist,
+    }
+    return {f"{name}.{side}": turn for name, turn in bones.items()}
+
+
+def _leg_bones(side: str, leg: Leg) -> dict[str, Float64Array]:
+    """Thigh and lower leg turn; the foot stays level, as one that stands."""
+    outwards = 1 if side == "L" else -1
+    thigh = rotation((outwards * leg.abduction, 0, 0)) @ rotation((0, -leg.flexion, 0))
+    bones = {"upperleg01": thigh, "lowerleg01": thigh @ rotation((0, leg.knee, 0)), "foot": np.eye(3)}
+    return {f"{name}.{side}": turn for name, turn in bones.items()}
+
+
+def _head_bones(head: Head) -> dict[str, Float64Array]:
+    share = np.arange(1, len(_NECK) + 1) / len(_NECK)
+    return {
+        bone: rotation((0, 0, part * head.turn)) @ rotation((0, part * head.pitch, 0))
+        for bone, part in zip(_NECK, share, strict=True)
+    }
