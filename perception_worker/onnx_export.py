@@ -93,16 +93,15 @@ class _Translation:
 
     def _add_convolution(self, node: Node) -> None:
         weights = self._value(node.inputs[1])
-        window = weights.shape[:2]
-        groups = 1
+        window, groups = weights.shape[:2], 1
         if node.operation == "DepthwiseConv2dNative":
             groups = weights.shape[2]
             weights = weights.transpose(2, 3, 0, 1).reshape(-1, 1, *window)
         else:
             weights = weights.transpose(3, 2, 0, 1)
-        inputs, output = [node.inputs[0], self._constant(f"{node.name}/weights", weights)], node.name
+        inputs, output = [node.inputs[0], self._constant(node.inputs[1], weights)], node.name
         if bias := self._bias_of.get(node.name):
-            inputs.append(self._constant(f"{node.name}/bias", self._value(bias.inputs[1])))
+            inputs.append(self._constant(bias.inputs[1], self._value(bias.inputs[1])))
             output = bias.name
         self._add_strided("Conv", node, inputs, output, kernel_shape=window, pads=_pads(node, window), group=groups)
 

@@ -69,7 +69,7 @@ def read_graph(serialized: bytes) -> tuple[Node, ...]:
         ArtifactDamaged: the bytes are no graph, or hold a type of number that a float32 network doesn't use.
     """
     try:
-        graph = _graph_message().FromString(serialized)
+        graph = graph_message_type().FromString(serialized)
     except DecodeError as error:
         raise ArtifactDamaged("the network's file is no TensorFlow graph") from error
     return tuple(_node(message) for message in graph.node)
@@ -106,7 +106,7 @@ def _array(tensor: Any) -> AnyArray:
     return np.full(shape, values[0]) if values.size == 1 else values.reshape(shape)
 
 
-def _graph_message() -> Any:
+def graph_message_type() -> Any:
     file = descriptor_pb2.FileDescriptorProto(name="vantage/graph.proto", package=_PACKAGE, syntax="proto3")
     for message_name, fields in _SCHEMA.items():
         message = file.message_type.add(name=message_name)

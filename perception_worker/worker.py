@@ -1,0 +1,101 @@
+"""The perception worker: a perceiver behind a socket, with the render workers that it asks for frames."""
+
+import argparse
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+from msgspec.structs import replace
+
+from perception_worker.backend import open_network
+from perception_worker.perceive import Perceiver
+from protocol import Handlers, Pool, Timeouts, logs, serve
+from protocol.config import RunConfig, load_config
+from protocol.errors import VantageError
+from protocol.messages import Observe, Perceive, Render, Role
+from protocol.observation import Observation
+
+_logger = logging.getLogger(__name__)
+
+_RENDER_SHARE = 0.75
+"""Share of a call's time that rendering may take: then a lost render worker is named in our answer, in time."""
+
+
+class PerceptionHandlers:
+    """Answers `Perceive` from the frame that it brings, and `Observe` from one that is rendered for it."""
+
+    def __init__(self, perceiver: Perceiver, renderers: Pool, *, render_deadline: float) -> None:
+        self._perceiver = perceiver
+        self._renderers = renderers
+        self._render_deadline = render_deadline
+
+    def perceive(self, request: Perceive) -> Observation:
+        """Estimate the pose in a frame at hand."""
+        return self._perceiver.perceive(request.frame, request.filter, heatmaps=request.heatmaps)
+
+    def observe(self, request: Observe) -> Observation:
+        """Have a scene rendered and estimate the pose in it.
+
+        Raises:
+            CallFailed: no render worker gave a frame; another try may.
+        """
+        pending = self._renderers.submit(
+            Render(scene=request.scene, camera=request.camera, truth=request.truth), deadline=self._render_deadline
+        )
+        frame = pending.result()
+        observation = self._perceiver.perceive(frame, request.filter, heatmaps=request.heatmaps)
+        way_here = {"render": pending.timing.compute, "transport": pending.timing.transport}
+        return replace(observation, timings=way_here | frame.timings | observation.timings)
+
+    def table(self) -> Handlers:
+        """Which function answers which request."""
+        return {Perceive: self.perceive, Observe: self.observe}
+
+
+def run(config: RunConfig, *, bind: str, render: Sequence[str]) -> None:
+    """Serve at `bind`, with frames from the render workers at the addresses in `render`, until told to end.
+
+    Raises:
+        VantageError: the network can't be loaded, no render worker gets ready, or the address can't be bound.
+    """
+    timeouts = Timeouts.from_config(config.timeouts)
+    perception = config.perception
+    with Pool(render, role=Role.PERCEPTION, serves=Role.RENDER, timeouts=timeouts) as renderers:
+
+        def start() -> Handlers:
+            # The frames in hand are the parallel work; OpenCV's own threads would only contend for the same cores.
+            cv2.setNumThreads(1)
+            perceiver = Perceiver(open_network(perception), perception)
+            renderers.wait_ready()
+            return PerceptionHandlers(perceiver, renderers, render_deadline=_RENDER_SHARE * timeouts.call).table()
+
+        serve(start, role=Role.PERCEPTION, bind=bind, concurrency=perception.prefetch, timeouts=timeouts)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """`python -m perception_worker`; returns the exit code."""
+    chosen = _parser().parse_args(arguments)
+    logs.configure(Role.PERCEPTION)
+    try:
+        config = RunConfig() if chosen.config is None else load_config(chosen.config)
+        if chosen.network is not None:
+            config = replace(config, perception=replace(config.perception, network=str(chosen.network)))
+        run(config, bind=chosen.bind, render=chosen.render)
+    except VantageError as error:
+        _logger.error("%s", error)
+        return 2
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="perception_worker", description="Estimates a person's 3D pose in frames, and how sure it is."
+    )
+    parser.add_argument("--bind", required=True, metavar="ADDRESS", help="where to serve, such as tcp://127.0.0.1:5556")
+    parser.add_argument(
+        "--render", required=True, action="append", metavar="ADDRESS", help="a render worker; may be given repeatedly"
+    )
+    parser.add_argument("--config", type=Path, metavar="FILE", help="the run's configuration; the defaults without it")
+    parser.add_argument("--network", type=Path, metavar="FILE", help="an ONNX file, in place of the configuration's")
+    return parser

@@ -1,0 +1,100 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from perception_worker.lifting import lift, patch_depth
+from protocol.camera import Camera, CameraPose, Intrinsics, project
+
+LEVEL = Camera(
+    pose=CameraPose(position=(0.0, 0.0, 1.5), target=(3.0, 0.0, 1.5)),
+    intrinsics=Intrinsics(width=640, height=480, fx=400.0, fy=400.0, cx=320.0, cy=240.0),
+)
+"""Looks along the world's x axis; the image's right is the world's -y, its down the world's -z."""
+
+TILTED = Camera(
+    pose=CameraPose(position=(1.0, -2.0, 2.5), target=(4.0, 1.0, 1.0)),
+    intrinsics=Intrinsics.from_horizontal_fov(640, 480, 70.0),
+)
+
+
+def plane(slope_x, slope_y, at_centre=4.0):
+    rows, columns = np.mgrid[:480, :640]
+    return (at_centre + slope_x * (columns - 320) + slope_y * (rows - 240)).astype(np.float32)
+
+
+class TestPatchDepth:
+    def test_on_a_tilted_plane_is_the_depth_of_the_pixel_itself(self):
+        assert patch_depth(plane(0.002, -0.003), (420, 140)) == pytest.approx(4 + 0.2 + 0.3, abs=1e-6)
+
+    def test_covers_three_pixels_to_each_side(self):
+        depth = np.full((480, 640), 2.0, np.float32)
+        depth[97:104, 197:204] = 5.0
+        assert patch_depth(depth, (200, 100)) == 5.0
+        # One column of the seven is outside of the square.
+        assert patch_depth(depth, (201, 100)) == pytest.approx((6 * 5 + 2) / 7)
+        assert patch_depth(depth, (200, 101)) == pytest.approx((6 * 5 + 2) / 7)
+
+    def test_belongs_to_the_nearest_pixel(self):
+        depth = plane(0.01, 0.0)
+        assert patch_depth(depth, (300.4, 200)) == patch_depth(depth, (300, 200))
+        assert patch_depth(depth, (300.6, 200)) == patch_depth(depth, (301, 200))
+
+    @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 0.0, 1.49, 15.01, -3.0])
+    def test_leaves_out_what_is_not_finite_or_out_of_range(self, bad):
+        depth = np.full((480, 640), 3.0, np.float32)
+        depth[100, 197:204] = bad
+        depth[101, 200] = 7.0
+        assert patch_depth(depth, (200, 100)) == pytest.approx((41 * 3 + 7) / 42)
+
+    @pytest.mark.parametrize("bound", [1.5, 15.0])
+    def test_takes_the_ends_of_the_range(self, bound):
+        assert patch_depth(np.full((20, 20), bound, np.float32), (10, 10)) == bound
+
+    @pytest.mark.parametrize("bad", [np.nan, 0.0, 1.0, 20.0])
+    def test_is_nan_when_no_value_is_left(self, bad):
+        depth = np.full((20, 20), 3.0, np.float32)
+        depth[7:14, 7:14] = bad
+        assert np.isnan(patch_depth(depth, (10, 10)))
+
+    def test_is_cut_off_at_the_borders_of_the_image(self):
+        depth = np.full((20, 30), 9.0, np.float32)
+        depth[:4, :4] = 2.0
+        assert patch_depth(depth, (0, 0)) == 2.0
+        depth[16:, 26:] = 3.0
+        assert patch_depth(depth, (29, 19)) == 3.0
+
+    def test_is_nan_outside_of_the_image(self):
+        depth = np.full((20, 30), 9.0, np.float32)
+        assert np.isnan(patch_depth(depth, (-4, 10)))
+        assert np.isnan(patch_depth(depth, (10, 23)))
+        assert np.isnan(patch_depth(depth, (1e12, 10)))
+        assert np.isnan(patch_depth(depth, (np.nan, 10)))
+
+    def test_takes_lists(self):
+        assert patch_depth([[2.0, 4.0], [np.nan, 99.0]], [0, 0]) == 3.0
+
+
+class TestLift:
+    def test_goes_through_the_pinhole_into_the_world(self):
+        # 100 pixels right and 50 up at 4 m: 1 m to the right (-y), 0.5 m above the camera.
+        points = lift(np.full((480, 640), 4.0, np.float32), np.array([[420.0, 190.0]]), LEVEL)
+        assert points[0] == pytest.approx([4.0, -1.0, 2.0])
+
+    def test_on_a_tilted_plane_finds_points_of_the_plane(self):
+        # At pixel (420, 140) the plane is 4.5 m away: x = 4.5, y = -4.5 / 4, z = 1.5 + 4.5 / 4.
+        points = lift(plane(0.002, -0.003), np.array([[420.0, 140.0]]), LEVEL)
+        assert points[0] == pytest.approx([4.5, -1.125, 2.625], abs=1e-5)
+
+    def test_a_keypoint_without_depth_or_without_place_is_not_located(self):
+        depth = np.full((480, 640), 4.0, np.float32)
+        depth[:200] = np.nan
+        points = lift(depth, np.array([[100.0, 100.0], [np.nan, np.nan], [100.0, 300.0]]), LEVEL)
+        assert np.isnan(points[:2]).all()
+        assert np.isfinite(points[2]).all()
+
+    @given(st.floats(-200, 200), st.floats(-150, 150), st.floats(1.5, 15))
+    def test_undoes_the_camera_s_projection(self, right, down, metres):
+        pixel = np.array([[319.5 + right, 239.5 + down]])
+        points = lift(np.full((480, 640), metres), pixel, TILTED)
+        assert project(points, TILTED)[0] == pytest.approx([*pixel[0], metres])

@@ -1,0 +1,195 @@
+import itertools
+
+import cv2
+import numpy as np
+import pytest
+
+from perception_worker.backend import open_network
+from perception_worker.network import NetworkOutput
+from perception_worker.perceive import Perceiver
+from protocol.config import PerceptionConfig
+from protocol.observation import FilterState
+from protocol.skeleton import Joint
+from tests.perception_worker.drawn_maps import draw, person
+
+BLACK = np.zeros((480, 640, 3), np.uint8)
+STANDING = person(20, 14)
+
+
+class DrawnNetwork:
+    """Sees the given people in every picture."""
+
+    input_size = (240, 320)
+
+    def __init__(self, *people):
+        self.output = draw(people)
+
+    def infer(self, image):
+        assert image.shape == (3, 240, 320)
+        return self.output
+
+
+class SeesTheWhiteSquare:
+    """Draws a person where the picture has a white square, three cells high, in the middle of the person."""
+
+    input_size = (240, 320)
+
+    def __init__(self):
+        self.looks = 0
+
+    def infer(self, image):
+        self.looks += 1
+        rows, columns = np.nonzero(image[0] > 128)
+        scale = (rows.max() - rows.min() + 1) / 8 / 3
+        middle = ((columns.mean() + 0.5) / 8 - 0.5, (rows.mean() + 0.5) / 8 - 0.5)
+        return draw([person(*middle, scale=scale)])
+
+
+def perceive(network, frame, *, crop="none", filter_state=None, **options):
+    perceiver = Perceiver(network, PerceptionConfig(crop=crop))
+    return perceiver.perceive(frame, filter_state or FilterState.initial(), **options)
+
+
+class TestSomebody:
+    def test_has_keypoints_in_the_frame_s_pixels(self, frame):
+        observation = perceive(DrawnNetwork(STANDING), frame(BLACK))
+        assert observation.keypoints == pytest.approx((STANDING + 0.5) * 16 - 0.5, abs=3)
+
+    def test_stands_where_the_depth_says(self, frame):
+        observation = perceive(DrawnNetwork(STANDING), frame(BLACK, depth=4.0))
+        assert observation.points[:, 0] == pytest.approx(np.full(18, 4.0))
+        # The nose is at cell (20, 8), pixel (327.5, 135.5), with a focal length of 457 pixels.
+        assert observation.points[Joint.NOSE] == pytest.approx([4.0, -0.07, 2.41], abs=0.03)
+
+    def test_is_as_sure_as_the_three_components_are_on_average(self, frame):
+        observation = perceive(DrawnNetwork(STANDING), frame(BLACK))
+        assert observation.mass == pytest.approx(np.ones(18))
+        assert (observation.height > 0.4).all()
+        expected = (observation.mass + observation.height + observation.distance) / 3
+        assert observation.quality == pytest.approx(expected)
+
+    def test_enters_the_filter(self, frame):
+        observation = perceive(DrawnNetwork(STANDING), frame(BLACK))
+        noise = 1 - observation.quality[Joint.NOSE]
+        assert observation.filter.variance[Joint.NOSE] == pytest.approx(np.full(3, noise / (1 + noise)))
+        assert observation.filter.seen.all()
+
+    def test_without_depth_is_seen_and_not_located(self, frame):
+        for depth in (np.nan, 0.0, 20.0):
+            observation = perceive(DrawnNetwork(STANDING), frame(BLACK, depth=depth))
+            assert np.isfinite(observation.keypoints).all()
+            assert np.isnan(observation.points).all()
+            assert not observation.distance.any()
+            assert (observation.mass > 0).all()
+            assert not observation.filter.seen.any()
+
+    def test_the_other_joints_are_found_when_some_are_hidden(self, frame):
+        hidden = [Joint.RIGHT_ANKLE, Joint.LEFT_ANKLE]
+        observation = perceive(DrawnNetwork(person(20, 14, without=hidden)), frame(BLACK))
+        assert np.isnan(observation.keypoints[hidden]).all()
+        assert not observation.quality[hidden].any()
+        assert (np.delete(observation.quality, hidden) > 0).all()
+
+
+class TestNobody:
+    def test_is_all_nan_with_no_quality(self, frame):
+        observation = perceive(DrawnNetwork(), frame(BLACK))
+        assert np.isnan(observation.keypoints).all()
+        assert np.isnan(observation.points).all()
+        for quality in (observation.mass, observation.height, observation.distance, observation.quality):
+            assert not quality.any()
+
+    def test_leaves_the_filter_s_mean_and_makes_it_less_sure(self, frame):
+        before = perceive(DrawnNetwork(STANDING), frame(BLACK)).filter
+        after = perceive(DrawnNetwork(), frame(BLACK), filter_state=before).filter
+        assert (after.mean == before.mean).all()
+        assert after.variance == pytest.approx(before.variance + 0.01)
+
+    def test_is_seen_in_heatmaps_that_are_not_numbers(self, frame):
+        class Broken(DrawnNetwork):
+            def infer(self, image):
+                return NetworkOutput(np.full((19, 30, 40), np.nan, np.float32), np.zeros((38, 30, 40), np.float32))
+
+        assert np.isnan(perceive(Broken(), frame(BLACK)).keypoints).all()
+
+
+class TestWhatComesAlong:
+    def test_the_truth_is_passed_on(self, frame):
+        joints, visible = np.ones((18, 3)), np.arange(18) < 9
+        observation = perceive(DrawnNetwork(), frame(BLACK, joints=joints, visible=visible))
+        assert (observation.joints == joints).all()
+        assert (observation.visible == visible).all()
+
+    def test_heatmaps_come_when_they_are_asked_for(self, frame):
+        network = DrawnNetwork(STANDING)
+        assert perceive(network, frame(BLACK)).heatmaps is None
+        assert (perceive(network, frame(BLACK), heatmaps=True).heatmaps == network.output.heatmaps).all()
+
+    def test_every_stage_is_timed(self, frame):
+        ticks = itertools.count()
+        perceiver = Perceiver(DrawnNetwork(), PerceptionConfig(), clock=lambda: float(next(ticks)))
+        observation = perceiver.perceive(frame(BLACK), FilterState.initial())
+        assert observation.timings == dict.fromkeys(("infer", "decode", "lift", "qoe", "filter"), 1.0)
+
+
+class TestCrop:
+    @pytest.fixture
+    def far_person(self, frame):
+        """A white square of 48×48 pixels; the person around it is 16 times that of a cell, 256 pixels, high."""
+        rgb = BLACK.copy()
+        rgb[226:274, 446:494] = 255
+        return frame(rgb)
+
+    def test_looks_twice_and_finds_the_same_places(self, far_person):
+        network = SeesTheWhiteSquare()
+        once = perceive(network, far_person)
+        assert network.looks == 1
+        twice = perceive(network, far_person, crop="person")
+        assert network.looks == 3
+        assert twice.keypoints == pytest.approx(once.keypoints, abs=6)
+
+    def test_the_second_look_is_the_sharper_one(self, far_person):
+        # The person's joints around the square's middle, pixel (469.5, 249.5), 16 pixels to a cell.
+        truth = person(0, 0) * 16 + (469.5, 249.5)
+        twice = perceive(SeesTheWhiteSquare(), far_person, crop="person")
+        assert twice.keypoints == pytest.approx(truth, abs=2.5)
+
+    def test_quality_is_read_at_the_right_cells_of_the_crop(self, far_person):
+        observation = perceive(SeesTheWhiteSquare(), far_person, crop="person")
+        assert observation.mass == pytest.approx(np.ones(18))
+        assert (observation.height > 0.4).all()
+
+    def test_nobody_is_not_looked_at_twice(self, frame):
+        class CountsLooks(DrawnNetwork):
+            looks = 0
+
+            def infer(self, image):
+                self.looks += 1
+                return super().infer(image)
+
+        network = CountsLooks()
+        perceive(network, frame(BLACK), crop="person")
+        assert network.looks == 1
+
+
+@pytest.mark.slow
+class TestRealNetwork:
+    def test_finds_the_face_of_an_astronaut(self, frame, astronaut):
+        # Read off the picture by eye: the nose, and the eyes, her right one to the left in the picture.
+        observation = perceive(open_network(PerceptionConfig()), frame(astronaut))
+        found = observation.keypoints[[Joint.NOSE, Joint.RIGHT_EYE, Joint.LEFT_EYE]]
+        assert found == pytest.approx(np.array([[169, 94], [154, 76], [187, 77]]), abs=6)
+        assert (observation.quality[[Joint.NOSE, Joint.RIGHT_EYE, Joint.LEFT_EYE]] > 0.8).all()
+
+    def test_a_crop_sees_a_person_who_is_too_far_for_the_whole_frame(self, frame, astronaut):
+        rgb = np.full((960, 1280, 3), 128, np.uint8)
+        rgb[400:560, 700:860] = cv2.resize(astronaut, (160, 160), interpolation=cv2.INTER_AREA)
+        network = open_network(PerceptionConfig())
+        once, twice = (perceive(network, frame(rgb), crop=crop).keypoints for crop in ("none", "person"))
+        assert np.isfinite(twice[:, 0]).sum() > np.isfinite(once[:, 0]).sum()
+        face = twice[[Joint.NOSE, Joint.RIGHT_EYE, Joint.LEFT_EYE]]
+        expected = np.array([[169, 94], [154, 76], [187, 77]]) * 160 / 384 + np.array([700, 400])
+        assert face == pytest.approx(expected, abs=3)
+
+    def test_a_black_picture_has_nobody(self, frame):
+        assert np.isnan(perceive(open_network(PerceptionConfig()), frame(BLACK)).keypoints).all()

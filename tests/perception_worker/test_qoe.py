@@ -1,0 +1,348 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from perception_worker.qoe import (
+    distance_quality,
+    heatmap_cell,
+    height_quality,
+    mass_quality,
+    quality_of_estimation,
+)
+from protocol.errors import InvalidInput
+from protocol.skeleton import Joint
+from tests.perception_worker import reference_qoe
+
+CHAIN = [
+    Joint.RIGHT_WRIST,
+    Joint.RIGHT_ELBOW,
+    Joint.RIGHT_SHOULDER,
+    Joint.NECK,
+    Joint.LEFT_SHOULDER,
+    Joint.LEFT_ELBOW,
+    Joint.LEFT_WRIST,
+]
+PLAUSIBLE = {"right_forearm": 0.3, "right_arm": 0.3, "right_collar": 0.2, "left_collar": 0.2, "left_arm": 0.3}
+HALFWAY = 1.6875
+"""Metres at which w_T is one half: T = 1.5, and 1.25 T = 1.875."""
+
+
+def body(**lengths):
+    """Joints on a line, wrist to wrist, with bones of the given lengths; the other joints at the neck."""
+    bones = {**PLAUSIBLE, "left_forearm": 0.3, **lengths}
+    order = ("right_forearm", "right_arm", "right_collar", "left_collar", "left_arm", "left_forearm")
+    along = np.concatenate([[0.0], np.cumsum([bones[name] for name in order])])
+    points = np.zeros((18, 3))
+    points[CHAIN, 0] = along - along[3]
+    return points
+
+
+def without(points, *joints):
+    points = points.copy()
+    points[list(joints)] = np.nan
+    return points
+
+
+def only(positions):
+    """Nothing located but the given joints."""
+    points = np.full((18, 3), np.nan)
+    for joint, position in positions.items():
+        points[joint] = position
+    return points
+
+
+class TestMass:
+    def test_one_piece_holds_all_the_mass(self):
+        heatmap = np.zeros((6, 8))
+        heatmap[2, 3:6] = 0.1, 0.5, 0.2
+        assert mass_quality(heatmap, (2, 4)) == 1.0
+
+    def test_two_pieces_share_the_mass_by_their_sums(self):
+        heatmap = np.zeros((6, 8))
+        heatmap[1, 1:3] = 0.5, 0.25
+        heatmap[4, 6] = 0.25
+        assert mass_quality(heatmap, (1, 1)) == pytest.approx(0.75)
+        assert mass_quality(heatmap, (4, 6)) == pytest.approx(0.25)
+
+    def test_cells_that_touch_at_a_corner_are_one_piece(self):
+        heatmap = np.zeros((6, 8))
+        heatmap[2, 2], heatmap[3, 3], heatmap[5, 7] = 0.5, 0.25, 0.25
+        assert mass_quality(heatmap, (2, 2)) == pytest.approx(0.75)
+
+    def test_cells_below_the_mean_neither_count_nor_connect(self):
+        # The mean is 1.3 / 10 = 0.13, so 0.1 between the two peaks falls out: 0.6 and 0.6 are left.
+        heatmap = np.zeros((2, 5))
+        heatmap[0, 1:4] = 0.6, 0.1, 0.6
+        assert mass_quality(heatmap, (0, 1)) == pytest.approx(0.5)
+        assert mass_quality(heatmap, (0, 2)) == 0.0
+
+    def test_a_negative_mean_is_taken_as_zero(self):
+        # The mean is -0.1: at that threshold all cells but the -1 would count, as negative mass.
+        heatmap = np.full((2, 5), -0.05)
+        heatmap[0, 0], heatmap[1, 4], heatmap[1, 3] = 0.3, 0.1, -1.05
+        assert mass_quality(heatmap, (0, 0)) == pytest.approx(0.75)
+        assert mass_quality(heatmap, (1, 2)) == 0.0
+
+    def test_a_cell_at_the_mean_belongs_to_its_piece(self):
+        assert mass_quality(np.full((30, 40), 0.1, np.float32), (3, 4)) == 1.0
+
+    def test_an_empty_heatmap_has_no_mass(self):
+        assert mass_quality(np.zeros((3, 4)), (1, 1)) == 0.0
+
+    def test_a_cell_outside_of_the_heatmap_is_refused(self):
+        with pytest.raises(InvalidInput, match="outside"):
+            mass_quality(np.zeros((3, 4)), (3, 0))
+        with pytest.raises(InvalidInput, match="outside"):
+            mass_quality(np.zeros((3, 4)), (0, -1))
+
+    @given(st.integers(0, 2**32 - 1))
+    def test_agrees_with_a_flood_fill(self, seed):
+        rng = np.random.default_rng(seed)
+        heatmap = rng.normal(rng.uniform(-0.5, 0.2), 1.0, rng.integers(1, 9, 2))
+        cell = tuple(rng.integers(0, heatmap.shape))
+        assert mass_quality(heatmap, cell) == pytest.approx(reference_qoe.mass(heatmap, cell))
+
+    @given(st.integers(0, 2**32 - 1))
+    def test_turning_the_map_upside_down_changes_nothing(self, seed):
+        rng = np.random.default_rng(seed)
+        heatmap = rng.normal(size=(5, 7))
+        row, column = rng.integers(0, (5, 7))
+        turned = mass_quality(heatmap[::-1, ::-1], (4 - row, 6 - column))
+        assert turned == pytest.approx(mass_quality(heatmap, (row, column)))
+
+
+class TestHeight:
+    def test_is_the_value_at_the_cell(self):
+        heatmap = np.zeros((6, 8))
+        heatmap[2, 3] = 0.4
+        assert height_quality(heatmap, (2, 3)) == pytest.approx(0.4)
+
+    def test_is_at_most_one(self):
+        heatmap = np.zeros((6, 8))
+        heatmap[2, 3] = 1.2
+        assert height_quality(heatmap, (2, 3)) == 1.0
+
+    def test_is_zero_where_the_heatmap_is_below_its_mean(self):
+        heatmap = np.zeros((2, 5))
+        heatmap[0, 1:4] = 0.6, 0.1, 0.6
+        assert height_quality(heatmap, (0, 2)) == 0.0
+
+    def test_is_zero_where_the_heatmap_is_negative(self):
+        heatmap = np.full((2, 5), -0.5)
+        heatmap[0, 0] = -0.1
+        assert height_quality(heatmap, (0, 0)) == 0.0
+
+    @given(st.integers(0, 2**32 - 1))
+    def test_agrees_with_the_reference(self, seed):
+        rng = np.random.default_rng(seed)
+        heatmap = rng.normal(rng.uniform(-0.5, 0.5), 1.0, rng.integers(1, 9, 2))
+        cell = tuple(rng.integers(0, heatmap.shape))
+        assert height_quality(heatmap, cell) == reference_qoe.height(heatmap, cell)
+
+    def test_lists_and_both_sizes_of_float_are_taken(self):
+        heatmap = [[0.0, 0.5, 0.0], [0.25, 0.0, 0.0]]
+        for given_as in (heatmap, np.array(heatmap, np.float32), np.array(heatmap, np.float64)):
+            assert height_quality(given_as, [0, 1]) == 0.5
+            assert mass_quality(given_as, np.array([0, 1])) == 1.0
+
+
+class TestHeatmapCell:
+    @pytest.mark.parametrize(
+        ("pixel", "cell"),
+        [
+            ((0, 0), (0, 0)),
+            ((15.9, 16.0), (1, 0)),
+            ((639, 479), (29, 39)),
+            ((100, 200), (12, 6)),
+            ((-0.5, -0.5), (0, 0)),
+            ((639.5, 480.0), (29, 39)),
+            ((1e9, -1e9), (0, 39)),
+        ],
+    )
+    def test_is_the_row_and_column_of_the_pixel_scaled_down(self, pixel, cell):
+        assert heatmap_cell(pixel, (480, 640), (30, 40)) == cell
+
+    def test_rows_and_columns_have_scales_of_their_own(self):
+        # The seed's maps were square whatever the image: 28 of 640 columns, 28 of 480 rows.
+        assert heatmap_cell([320.0, 120.0], [480, 640], [28, 28]) == (7, 14)
+
+    def test_a_pixel_that_is_nowhere_is_refused(self):
+        with pytest.raises(InvalidInput, match="no cell"):
+            heatmap_cell((np.nan, 3.0), (480, 640), (30, 40))
+
+
+class TestGeneralRule:
+    @pytest.mark.parametrize(
+        ("metres", "quality"), [(0.0, 1.0), (1.5, 1.0), (HALFWAY, 0.5), (1.59375, 0.75), (1.875, 0.0), (9.0, 0.0)]
+    )
+    def test_falls_from_one_and_a_half_metres_to_a_quarter_more(self, metres, quality):
+        points = only({Joint.RIGHT_HIP: (1, 2, 3), Joint.LEFT_ANKLE: (1 + metres, 2, 3)})
+        assert distance_quality(points)[Joint.RIGHT_HIP] == pytest.approx(quality)
+
+    def test_measures_from_the_mean_of_the_other_located_joints(self):
+        # The mean of the two others is HALFWAY from the hip; with the hip in it, or divided by 17, it is nearer.
+        points = only(
+            {
+                Joint.RIGHT_HIP: (0, 0, 0),
+                Joint.LEFT_KNEE: (HALFWAY, 1, 0),
+                Joint.RIGHT_KNEE: (HALFWAY, -1, 0),
+            }
+        )
+        assert distance_quality(points)[Joint.RIGHT_HIP] == pytest.approx(0.5)
+
+    def test_a_joint_alone_has_no_quality(self):
+        assert not distance_quality(only({Joint.NOSE: (1, 2, 3)})).any()
+
+    def test_nobody_has_no_quality(self):
+        assert not distance_quality(np.full((18, 3), np.nan)).any()
+
+
+class TestChainRule:
+    def test_a_human_body_is_plausible(self):
+        assert (distance_quality(body()) == 1.0).all()
+
+    def test_joints_that_are_not_located_have_no_quality(self):
+        quality = distance_quality(without(body(), Joint.RIGHT_ELBOW, Joint.NOSE))
+        assert quality[Joint.RIGHT_ELBOW] == quality[Joint.NOSE] == 0.0
+        assert quality.sum() == 16.0
+
+    @pytest.mark.parametrize(
+        ("length", "quality"), [(np.nextafter(0.25, 0), 0.0), (0.25, 1.0), (0.60, 1.0), (0.60 + HALFWAY, 0.5)]
+    )
+    def test_the_range_of_a_bone_includes_its_ends(self, length, quality):
+        points = only(
+            {
+                Joint.RIGHT_SHOULDER: (0, 0, 0.3),
+                Joint.RIGHT_ELBOW: (0, 0, 0),
+                Joint.RIGHT_WRIST: (length, 0, 0),
+            }
+        )
+        assert distance_quality(points)[Joint.RIGHT_WRIST] == pytest.approx(quality)
+
+    def test_a_joint_with_one_plausible_bone_is_correct(self):
+        quality = distance_quality(body(right_arm=0.1))
+        assert quality[Joint.RIGHT_ELBOW] == quality[Joint.RIGHT_SHOULDER] == 1.0
+
+    def test_an_elbow_with_a_bone_too_short_and_the_other_too_long_is_wrong(self):
+        assert distance_quality(body(right_arm=0.1, right_forearm=0.7))[Joint.RIGHT_ELBOW] == 0.0
+
+    def test_an_elbow_with_two_long_bones_is_judged_by_their_mean_excess(self):
+        # Excesses of 1.6 and 1.775 m over 0.60: their mean is halfway.
+        quality = distance_quality(body(right_forearm=2.2, right_arm=2.375))
+        assert quality[Joint.RIGHT_ELBOW] == pytest.approx(0.5)
+
+    def test_an_elbow_whose_bones_are_a_little_long_is_not_blamed(self):
+        assert distance_quality(body(right_forearm=0.7, right_arm=0.7))[Joint.RIGHT_ELBOW] == 1.0
+
+    def test_a_shoulder_measures_its_two_bones_by_ranges_of_their_own(self):
+        # Excesses of 1.6 over 0.60 (arm) and 1.775 over 0.45 (collarbone).
+        quality = distance_quality(body(left_arm=2.2, left_collar=2.225))
+        assert quality[Joint.LEFT_SHOULDER] == pytest.approx(0.5)
+
+    def test_the_neck_is_correct_by_one_collarbone(self):
+        assert distance_quality(body(left_collar=0.1))[Joint.NECK] == 1.0
+
+    def test_the_neck_is_wrong_with_two_short_collarbones(self):
+        assert distance_quality(body(left_collar=0.1, right_collar=0.1))[Joint.NECK] == 0.0
+
+    def test_a_bone_that_cant_be_measured_leaves_the_judgement_to_the_other(self):
+        short = without(body(right_arm=0.1), Joint.RIGHT_WRIST)
+        assert distance_quality(short)[Joint.RIGHT_ELBOW] == 0.0
+        long = without(body(right_arm=0.60 + HALFWAY), Joint.RIGHT_WRIST)
+        assert distance_quality(long)[Joint.RIGHT_ELBOW] == pytest.approx(0.5)
+
+    def test_a_joint_with_no_measured_bone_falls_under_the_general_rule(self):
+        points = only({Joint.RIGHT_ELBOW: (0, 0, 0), Joint.LEFT_HIP: (HALFWAY, 0, 0)})
+        assert distance_quality(points)[Joint.RIGHT_ELBOW] == pytest.approx(0.5)
+
+
+class TestWrist:
+    def test_is_correct_with_a_correct_elbow_and_a_plausible_forearm(self):
+        assert distance_quality(body(left_arm=0.1))[Joint.LEFT_WRIST] == 1.0
+
+    def test_with_a_correct_elbow_and_a_short_forearm_is_wrong(self):
+        assert distance_quality(body(left_forearm=0.1))[Joint.LEFT_WRIST] == 0.0
+
+    def test_with_a_correct_elbow_and_a_long_forearm_is_judged_by_its_excess(self):
+        quality = distance_quality(body(left_forearm=0.60 + HALFWAY))
+        assert quality[Joint.LEFT_WRIST] == pytest.approx(0.5)
+        assert quality[Joint.LEFT_ELBOW] == 1.0
+
+    def test_with_an_incorrect_elbow_falls_under_the_general_rule(self):
+        # The bone rule would give the wrist 0, its forearm being too short; the general rule finds it near the rest.
+        quality = distance_quality(body(left_forearm=0.1, left_arm=0.7))
+        assert quality[Joint.LEFT_ELBOW] == 0.0
+        assert quality[Joint.LEFT_WRIST] == 1.0
+
+    def test_with_an_elbow_that_is_not_located_falls_under_the_general_rule(self):
+        points = only({Joint.LEFT_WRIST: (0, 0, 0), Joint.NOSE: (HALFWAY, 0, 0)})
+        assert distance_quality(points)[Joint.LEFT_WRIST] == pytest.approx(0.5)
+
+
+@st.composite
+def skeletons(draw):
+    """Bodies with bones of every kind: too short, plausible, somewhat and far too long; some joints missing."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    lengths = [rng.uniform(*draw(st.sampled_from([(0, 0.2), (0.2, 0.6), (0.5, 2), (1.8, 3)]))) for _ in range(6)]
+    points = rng.normal(0, draw(st.sampled_from([0.3, 1.0])), (18, 3))
+    for start, end, length in zip(CHAIN[:-1], CHAIN[1:], lengths, strict=True):
+        direction = rng.normal(size=3)
+        points[end] = points[start] + length * direction / np.linalg.norm(direction)
+    return without(points, *draw(st.sets(st.sampled_from(list(Joint)), max_size=12)))
+
+
+class TestDistanceProperties:
+    @given(skeletons())
+    def test_agrees_with_the_reference(self, points):
+        assert distance_quality(points) == pytest.approx(reference_qoe.distance(points))
+
+    @given(skeletons())
+    def test_lies_between_zero_and_one_and_is_zero_where_not_located(self, points):
+        quality = distance_quality(points)
+        assert ((quality >= 0) & (quality <= 1)).all()
+        assert not quality[np.isnan(points[:, 0])].any()
+
+    @given(skeletons(), st.floats(0, 6.28))
+    def test_does_not_depend_on_where_the_person_stands_and_looks(self, points, yaw):
+        turn = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
+        assert distance_quality(points @ turn.T + (3, -2, 1)) == pytest.approx(distance_quality(points), abs=1e-9)
+
+    @given(skeletons())
+    def test_treats_left_and_right_alike(self, points):
+        mirror = [0, 1, 5, 6, 7, 2, 3, 4, 11, 12, 13, 8, 9, 10, 15, 14, 17, 16]
+        assert distance_quality(points[mirror]) == pytest.approx(distance_quality(points)[mirror])
+
+    def test_lists_are_taken_and_other_shapes_refused(self):
+        assert (distance_quality(body().tolist()) == 1.0).all()
+        with pytest.raises(InvalidInput, match="shape"):
+            distance_quality(np.zeros((17, 3)))
+
+
+class TestCombined:
+    def heatmaps(self):
+        """Every joint's map has a peak of 0.8 at (1, 2) and one of 0.2 at (4, 4)."""
+        heatmaps = np.zeros((19, 6, 8), np.float32)
+        heatmaps[:, 1, 2], heatmaps[:, 4, 4] = 0.8, 0.2
+        return heatmaps
+
+    def test_is_the_mean_of_the_three(self):
+        quality = quality_of_estimation(self.heatmaps(), np.tile([1, 2], (18, 1)), body(right_forearm=0.1))
+        assert quality.mass == pytest.approx(np.full(18, 0.8))
+        assert quality.height == pytest.approx(np.full(18, 0.8))
+        assert quality.combined[Joint.NOSE] == pytest.approx((0.8 + 0.8 + 1) / 3)
+        assert quality.combined[Joint.RIGHT_WRIST] == pytest.approx((0.8 + 0.8 + 0) / 3)
+
+    def test_a_joint_that_was_not_detected_has_all_four_at_zero(self):
+        cells = np.tile([1, 2], (18, 1))
+        cells[Joint.NOSE] = -1
+        quality = quality_of_estimation(self.heatmaps(), cells, without(body(), Joint.NOSE))
+        for component in (quality.mass, quality.height, quality.distance, quality.combined):
+            assert component[Joint.NOSE] == 0.0
+            assert (np.delete(component, Joint.NOSE) > 0).all()
+
+    def test_a_joint_that_was_seen_and_not_located_keeps_mass_and_height(self):
+        cells = np.tile([1, 2], (18, 1))
+        quality = quality_of_estimation(self.heatmaps(), cells, without(body(), Joint.NOSE))
+        assert quality.distance[Joint.NOSE] == 0.0
+        assert quality.combined[Joint.NOSE] == pytest.approx((0.8 + 0.8 + 0) / 3)
