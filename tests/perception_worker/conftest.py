@@ -3,9 +3,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from onnx import TensorProto, helper, numpy_helper
 
+from perception_worker.onnx_export import export
+from perception_worker.tensorflow_graph import read_graph
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.frame import Frame
+from tests.perception_worker.tiny_package import tiny_graph
 
 PICTURE = Path(__file__).parent / "pictures" / "astronaut.jpg"
 
@@ -30,3 +34,45 @@ def frame():
         return Frame(rgb=rgb, depth=np.ascontiguousarray(depth), camera=camera, **truth)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def tiny_onnx(tmp_path_factory):
+    """A network of a few operations with the outputs of a pose network."""
+    file = tmp_path_factory.mktemp("networks") / "tiny.onnx"
+    file.write_bytes(export(read_graph(tiny_graph().SerializeToString()), "tiny").SerializeToString())
+    return file
+
+
+@pytest.fixture(scope="session")
+def logits_onnx(tmp_path_factory):
+    """A network with one output of three channels."""
+    return write_network(
+        tmp_path_factory.mktemp("networks") / "logits.onnx",
+        nodes=[helper.make_node("Relu", ["image"], ["logits"])],
+        outputs={"logits": 3},
+    )
+
+
+@pytest.fixture(scope="session")
+def grey_onnx(tmp_path_factory):
+    """A pose network for pictures of one channel."""
+    weights = {"heatmaps": np.ones((19, 1, 1, 1), np.float32), "pafs": np.ones((38, 1, 1, 1), np.float32)}
+    return write_network(
+        tmp_path_factory.mktemp("networks") / "grey.onnx",
+        channels=1,
+        nodes=[helper.make_node("Conv", ["image", f"{name} weights"], [name]) for name in weights],
+        outputs={name: len(values) for name, values in weights.items()},
+        constants=[numpy_helper.from_array(values, f"{name} weights") for name, values in weights.items()],
+    )
+
+
+def write_network(file, *, nodes, outputs, channels=3, constants=()):
+    def maps(name, count):
+        return helper.make_tensor_value_info(name, TensorProto.FLOAT, ["n", count, "h", "w"])
+
+    results = [maps(name, count) for name, count in outputs.items()]
+    graph = helper.make_graph(nodes, file.stem, [maps("image", channels)], results, list(constants))
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)], ir_version=8)
+    file.write_bytes(model.SerializeToString())
+    return file

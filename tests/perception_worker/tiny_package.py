@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from perception_worker.models import PublishedNetwork
-from perception_worker.tensorflow_graph import graph_message_type
+from perception_worker.onnx_export import export
+from perception_worker.tensorflow_graph import graph_message_type, read_graph
 
 GRAPH_PATH = "tiny_pose_data/graph.pb"
 WHEEL = "tiny_pose-1.0-cp37-cp37m-macosx_10_15_x86_64.whl"
@@ -40,12 +41,12 @@ def tiny_graph():
 
 
 def tiny_network(wheel: Path, **others):
-    """Where pip finds the package, with the checksums of what is really in it but for `others`."""
+    """The network in the package, with the checksums of what is really there but for `others`."""
     graph = tiny_graph().SerializeToString()
     checksums = {
         "wheel_checksum": sha256(wheel.read_bytes()).hexdigest(),
         "graph_checksum": sha256(graph).hexdigest(),
-        "onnx_checksum": "unknown",
+        "onnx_checksum": sha256(export(read_graph(graph), "tiny").SerializeToString()).hexdigest(),
     }
     return PublishedNetwork(name="tiny", requirement="tiny-pose==1.0", graph_path=GRAPH_PATH, **(checksums | others))
 
