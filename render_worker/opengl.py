@@ -11,6 +11,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from typing import Any, Generic, NamedTuple, TypeVar
 
+import cv2
 import numpy as np
 
 from protocol.arrays import Float32Array, Float64Array, UInt8Array
@@ -23,6 +24,7 @@ from render_worker.assets import Assets
 from render_worker.light import SHADOW_REACH, Light, light_of
 from render_worker.person import Person, dress
 from render_worker.placing import place_joints, place_person
+from render_worker.stereo_noise import measure_depth, noise_seed
 from render_worker.surroundings import (
     FARTHEST,
     ground_bands,
@@ -128,6 +130,8 @@ class OpenGlRenderer:
         staged = self._scenes.get(scene, lambda: self._stage(scene))
         rgb, depth = self._draw(scene, staged, camera)
         visible = visible_joints(staged.joints, depth, camera) if request.truth else None
+        if camera.depth_noise == "d435i":
+            depth = measure_depth(depth, camera.intrinsics.fx, noise_seed(scene, camera))
         return Frame(
             rgb=rgb,
             depth=depth,
@@ -159,7 +163,7 @@ class OpenGlRenderer:
         shadow = self._shadow(light, [self._context.vertex_array(self._caster, [casting], index) for index in indices])
         extent = self._ground_texture(scene.ground)[1]
         patch = self._patch(scene, extent)
-        bands = self._bands(scene, extent)
+        bands = self._bands(scene, extent, light.lit_shade)
         textures = self._person_textures(person)
         resources = (vertices, *indices, whole, cut, shadow, *patch[1:], *bands[1:], textures)
         return _Staged(
@@ -195,8 +199,9 @@ class OpenGlRenderer:
         array = self._context.vertex_array(self._ground, [(buffers[0], "3f 2f", "position", "uv")], buffers[1])
         return array, *buffers, array
 
-    def _bands(self, scene: Scene, extent: float) -> tuple[Any, ...]:
-        corners, triangles = ground_bands(scene.position, SHADOW_REACH, extent, hall=is_hall(scene.background))
+    def _bands(self, scene: Scene, extent: float, shade: float) -> tuple[Any, ...]:
+        hall = is_hall(scene.background)
+        corners, triangles = ground_bands(scene.position, SHADOW_REACH, extent, shade, hall=hall)
         return self._surface(corners, triangles)
 
     def _surface(self, corners: Float32Array, triangles: Any) -> tuple[Any, ...]:
@@ -247,6 +252,9 @@ class OpenGlRenderer:
 
     def _draw_person(self, staged: _Staged, view: bytes) -> None:
         program, light = self._person, staged.light
+        # The picture is drawn upside down, so that outsides are clockwise.
+        self._context.front_face = "cw"
+        self._context.enable(self._context.CULL_FACE)
         staged.textures.use(0)
         staged.shadow.use(1)
         program["textures"].value, program["shadow"].value = 0, 1
@@ -258,6 +266,7 @@ class OpenGlRenderer:
         staged.whole.render()
         program["edges"].value = True
         staged.cut.render()
+        self._context.disable(self._context.CULL_FACE)
 
     def _draw_ground(self, staged: _Staged, ground: Any, view: bytes) -> None:
         ground.use(0)
@@ -288,7 +297,7 @@ class OpenGlRenderer:
         stored = np.frombuffer(
             target.framebuffer.read(attachment=-1, components=1, dtype="f4", alignment=1), np.float32
         )
-        return np.ascontiguousarray(pixels[..., :3]), _metres(stored.reshape(size))
+        return cv2.cvtColor(pixels, cv2.COLOR_RGBA2RGB).astype(np.uint8, copy=False), _metres(stored.reshape(size))
 
 
 def _open_context(threads: int) -> Any:

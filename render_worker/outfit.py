@@ -4,6 +4,7 @@ Heights are fractions of the body's height, lengths of sleeves count along the a
 Colours are sRGB, 0 to 255.
 """
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -60,6 +61,10 @@ TROUSER_COLOURS: tuple[Colour, ...] = (
     (92, 72, 58),
 )
 SHOE_COLOURS: tuple[Colour, ...] = ((34, 32, 32), (78, 56, 42), (196, 194, 190), (92, 96, 102), (120, 44, 42))
+
+
+SKIRT_WAIST = 0.585
+"""Height of a skirt's upper edge."""
 
 
 @dataclass(frozen=True)
@@ -124,13 +129,16 @@ def sample_outfit(appearance: int, *, feminine: bool) -> Outfit:
     hair_colour = HAIR_COLOURS[int(random.integers(len(HAIR_COLOURS) if tone < 4 else 3))]
     eyes = EYE_COLOURS[int(random.integers(len(EYE_COLOURS) if tone < 4 else 2))]
     bottom = _skirt(random) if feminine and random.random() < 0.3 else _trousers(random)
+    top = _top(random)
+    # A skirt stands off too far to go under a shirt.
+    top = dataclasses.replace(top, lowest=SKIRT_WAIST - 0.01) if bottom.part == "skirt" else top
     return Outfit(
         skin=SKIN_TONES[tone],
         eyes=eyes,
         hair=_hair(random, hair_colour, feminine=feminine),
         brows=_darker(hair_colour, 0.75),
         stubble=0.0 if feminine else float(random.choice([0.0, 0.0, 0.35, 0.6])),
-        garments=(_shoes(random), bottom, _top(random)),
+        garments=(_shoes(random), bottom, top),
         seed=int(random.integers(2**31)),
     )
 
@@ -175,10 +183,10 @@ def _skirt(random: np.random.Generator) -> Garment:
     return Garment(
         part="skirt",
         lowest=float(random.uniform(0.2, 0.36)),
-        highest=0.6,
+        highest=SKIRT_WAIST,
         sleeve=0.0,
         neck=0.0,
-        offset=0.004,
+        offset=0.010,
         fabric=_fabric(random, pattern, FABRIC_COLOURS),
     )
 

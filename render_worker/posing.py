@@ -13,8 +13,8 @@ from render_worker.rotation import rotation
 _NECK = ("neck01", "neck02", "neck03", "head")
 """Nodding and turning is shared evenly among these."""
 
-_FINGER_CURL = 0.22
-"""Radians by which each joint of a finger is bent in a relaxed hand."""
+_FINGER_CURL = (0.18, 0.42, 0.3)
+"""Radians by which the joints of a finger are bent in a relaxed hand, from the knuckle on."""
 
 
 class BonePose(NamedTuple):
@@ -35,6 +35,7 @@ def pose_bones(pose: BodyPose, heads: Float64Array, labels: Sequence[str]) -> Bo
     turned: dict[str, Float64Array] = {}
     for side, arm, leg in (("L", pose.left_arm, pose.left_leg), ("R", pose.right_arm, pose.right_leg)):
         turned |= _arm_bones(side, arm, heads, index)
+        turned |= _finger_bones(side, turned[f"lowerarm02.{side}"], heads, index)
         turned |= _leg_bones(side, leg)
     turned |= _head_bones(pose.head)
     twists = {f"{bone}02.{side}": f"{bone}01.{side}" for side in "LR" for bone in ("upperarm", "lowerarm")}
@@ -56,6 +57,21 @@ def _arm_bones(side: str, arm: Arm, heads: Float64Array, index: dict[str, int]) 
         "lowerarm02": posed.lower_twist,
     }
     return {f"{name}.{side}": turn for name, turn in bones.items()}
+
+
+def _finger_bones(side: str, hand: Float64Array, heads: Float64Array, index: dict[str, int]) -> dict[str, Float64Array]:
+    """Fingers curl towards the palm; the thumb stays."""
+    knuckle, tip, thumb = (heads[index[f"{name}.{side}"]] for name in ("finger3-1", "finger3-3", "finger1-3"))
+    fingers = tip - knuckle
+    # Of the left hand, fingers forward and thumb up, the palm looks to the right.
+    palm = np.cross(fingers, thumb - knuckle) * (1 if side == "L" else -1)
+    axis = np.cross(fingers, palm) / np.linalg.norm(np.cross(fingers, palm))
+    bent = np.cumsum(_FINGER_CURL)
+    return {
+        f"finger{finger}-{joint + 1}.{side}": hand @ rotation(bent[joint] * axis)
+        for finger in range(2, 6)
+        for joint in range(3)
+    }
 
 
 def _leg_bones(side: str, leg: Leg) -> dict[str, Float64Array]:

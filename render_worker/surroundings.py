@@ -92,12 +92,17 @@ def make_shells(background: str, photographs: Mapping[str, UInt8Array]) -> tuple
 
 
 def ground_bands(
-    centre: tuple[float, float], patch: float, extent: float, *, hall: bool
+    centre: tuple[float, float], patch: float, extent: float, shade: float, *, hall: bool
 ) -> tuple[Float32Array, IndexArray]:
     """The ground outside a square patch: nested squares, the haze growing outwards where there is no hall.
 
+    Args:
+        centre, patch: of the square that is left out, and half its width, metres.
+        extent: of the ground's image, metres.
+        shade: light on the ground.
+
     Returns:
-        (c, 7) corners as a `Shell`'s, with a shade of 1, and (t, 3) triangles.
+        (c, 7) corners as a `Shell`'s, and (t, 3) triangles.
     """
     radii = [patch, HALL_HALF_WIDTH] if hall else [patch, 9.0, 22.0, _SKY_RADIUS]
     hazes = [0.0, 0.0] if hall else [0.0, 0.04, 0.25, 0.8]
@@ -106,7 +111,7 @@ def ground_bands(
         x, y = centre if number == 0 else (0.0, 0.0)
         for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
             px, py = x + sx * radius, y + sy * radius
-            corners.append([px, py, 0.0, px / extent, py / extent, 1.0, haze])
+            corners.append([px, py, 0.0, px / extent, py / extent, shade, haze])
     triangles: list[list[int]] = []
     for band in range(len(radii) - 1):
         inner, outer = 4 * band, 4 * band + 4

@@ -1,15 +1,17 @@
 """Images of skin, cloth, hair and eyes. The first row of an image is at v = 0."""
 
 from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
 
-from protocol.arrays import Float32Array, UInt8Array
+from protocol.arrays import UInt8Array
 from render_worker.arrays import RealArray
 from render_worker.noise import seamless_noise, shifted
 from render_worker.outfit import Colour, Fabric, Hair, Outfit
 
 SIZE = 512
+"""Of every texture of a person, since they are uploaded as one array; the masks have it too."""
 
 
 def skin_texture(outfit: Outfit, masks: Mapping[str, UInt8Array]) -> UInt8Array:
@@ -19,13 +21,13 @@ def skin_texture(outfit: Outfit, masks: Mapping[str, UInt8Array]) -> UInt8Array:
     blotches = 0.020 * shifted(seamless_noise(SIZE, 1.3, 1.0, 11), random)
     pores = 0.012 * shifted(seamless_noise(SIZE, 0.3, 1.0, 12), random)
     image: RealArray = tone * (1 + (blotches + pores)[..., None] * np.array([0.8, 1.0, 1.0], np.float32))
-    image = _paint(image, tone * (0.88, 0.58, 0.58), 0.75 * _strength(masks["lips"]))
-    image = _paint(image, tone * (1.0, 0.86, 0.83), 0.5 * _strength(masks["ears"]))
-    image = _paint(image, np.minimum(tone * 1.1 + 12, 255), 0.6 * _strength(masks["nails"]))
-    image = _paint(image, tone * (0.45, 0.45, 0.48), outfit.stubble * _strength(masks["stubble"]))
+    _paint(image, tone * (0.88, 0.58, 0.58), 0.75 * _strength(masks["lips"]))
+    _paint(image, tone * (1.0, 0.86, 0.83), 0.5 * _strength(masks["ears"]))
+    _paint(image, np.minimum(tone * 1.1 + 12, 255), 0.6 * _strength(masks["nails"]))
+    _paint(image, tone * (0.45, 0.45, 0.48), outfit.stubble * _strength(masks["stubble"]))
     if outfit.hair is not None:
-        image = _paint(image, np.array(outfit.hair.colour, np.float32), 0.9 * _strength(masks["scalp"]))
-    image = _paint(image, np.array(outfit.brows, np.float32), 0.85 * _strength(masks["brows"]))
+        _paint(image, np.array(outfit.hair.colour, np.float32), 0.9 * _strength(masks["scalp"]))
+    _paint(image, np.array(outfit.brows, np.float32), 0.85 * _strength(masks["brows"]))
     return _to_image(image)
 
 
@@ -48,6 +50,7 @@ def hair_texture(hair: Hair) -> UInt8Array:
     return _to_image(np.array(hair.colour, np.float32) * (1 + strands)[..., None])
 
 
+@lru_cache(maxsize=16)
 def eye_texture(iris: Colour) -> UInt8Array:
     """(SIZE, SIZE, 3) an eyeball seen from the front, its pupil in the middle; half the width is its radius."""
     offset = (np.arange(SIZE) + 0.5) / SIZE * 2 - 1
@@ -59,6 +62,7 @@ def eye_texture(iris: Colour) -> UInt8Array:
     return _to_image(image)
 
 
+@lru_cache(maxsize=16)
 def plain_texture(colour: Colour) -> UInt8Array:
     """(SIZE, SIZE, 3) of one colour."""
     return np.full((SIZE, SIZE, 3), colour, np.uint8)
@@ -74,18 +78,23 @@ def _pattern(fabric: Fabric, random: np.random.Generator) -> RealArray:
     if fabric.pattern == "checks":
         return 0.5 * (band[:, None] + band[None])
     if fabric.pattern == "print":
-        return (shifted(seamless_noise(SIZE, 1.8, 1.0, 24), random) > 1.0).astype(np.float32)
+        return (shifted(_motifs(), random) > 1.1).astype(np.float32)
     return np.zeros((SIZE, SIZE), np.float32)
 
 
-def _strength(mask: UInt8Array) -> Float32Array:
-    step = len(mask) // SIZE
-    blocks = mask.reshape(SIZE, step, SIZE, step).astype(np.float32)
-    return blocks.mean(axis=(1, 3)) / 255
+def _motifs() -> RealArray:
+    """(SIZE, SIZE) small seamless blobs, as of printed flowers: noise without its long waves."""
+    return seamless_noise(SIZE, 1.0, 1.0, 24) - seamless_noise(SIZE, 1.8, 1.0, 24)
 
 
-def _paint(image: RealArray, colour: RealArray, strength: RealArray) -> RealArray:
-    return image + (colour - image) * strength[..., None]
+def _strength(mask: UInt8Array) -> RealArray:
+    return mask / np.float32(255)
+
+
+def _paint(image: RealArray, colour: RealArray, strength: RealArray) -> None:
+    """Mix a colour into the places of an image where its strength is above 0."""
+    where = strength > 0
+    image[where] += (colour - image[where]) * strength[where, None]
 
 
 def _to_image(values: RealArray) -> UInt8Array:

@@ -1,9 +1,10 @@
 """Which joints a camera sees, decided by the depth image.
 
-A joint is visible when it is in front of the camera, its pixel is in the image, and the surface at that pixel is not
-nearer than the flesh that lies over the joint allows: joints of the trunk and limbs are inside the body, up to 12 cm
-deep at the hips; those of the face lie on it, so that eyes are hidden from behind by the head, 15 cm thick.
-A joint behind another limb or on the body's far side has more than that before it.
+A joint is visible when it is in front of the camera, its pixel is in the image, and the surface at that pixel is no
+nearer than the flesh that may lie over the joint. Joints of the trunk and limbs are inside the body, and their limits
+are the thickest flesh measured over them in unoccluded views of all identities; those of the face lie on it, so eyes
+are hidden from behind by the head, 15 cm thick. A joint behind another limb, or on the trunk's far side, has more
+than its limit before it.
 """
 
 import numpy as np
@@ -13,27 +14,31 @@ from protocol.camera import Camera, project
 from protocol.skeleton import JOINT_COUNT, Joint
 
 _FLESH: dict[Joint, float] = {
-    Joint.NOSE: 0.02,
-    Joint.LEFT_EYE: 0.02,
-    Joint.RIGHT_EYE: 0.02,
-    Joint.LEFT_EAR: 0.03,
-    Joint.RIGHT_EAR: 0.03,
-    Joint.NECK: 0.11,
-    Joint.LEFT_SHOULDER: 0.10,
-    Joint.RIGHT_SHOULDER: 0.10,
-    Joint.LEFT_HIP: 0.12,
-    Joint.RIGHT_HIP: 0.12,
-    Joint.LEFT_KNEE: 0.08,
-    Joint.RIGHT_KNEE: 0.08,
+    Joint.NOSE: 0.03,
+    Joint.LEFT_EYE: 0.035,
+    Joint.RIGHT_EYE: 0.035,
+    Joint.LEFT_EAR: 0.06,
+    Joint.RIGHT_EAR: 0.06,
+    Joint.NECK: 0.16,
+    Joint.LEFT_SHOULDER: 0.14,
+    Joint.RIGHT_SHOULDER: 0.14,
+    Joint.LEFT_ELBOW: 0.085,
+    Joint.RIGHT_ELBOW: 0.085,
+    Joint.LEFT_WRIST: 0.065,
+    Joint.RIGHT_WRIST: 0.065,
+    Joint.LEFT_HIP: 0.155,
+    Joint.RIGHT_HIP: 0.155,
+    Joint.LEFT_KNEE: 0.115,
+    Joint.RIGHT_KNEE: 0.115,
+    Joint.LEFT_ANKLE: 0.075,
+    Joint.RIGHT_ANKLE: 0.075,
 }
 """Metres of flesh and cloth that may lie over a joint, along the view."""
-
-_LIMB_FLESH = 0.06
 
 
 def flesh_depths() -> Float64Array:
     """(18,) metres that may lie between a joint and the surface above it."""
-    return np.array([_FLESH.get(joint, _LIMB_FLESH) for joint in Joint])
+    return np.array([_FLESH[joint] for joint in Joint])
 
 
 def visible_joints(joints: Float64Array, depth: Float32Array, camera: Camera) -> BoolArray:
