@@ -83,8 +83,7 @@ class Connection:
     ) -> None:
         self.address = address
         self.name = f"{serves or 'worker'} at {address}"
-        self.socket = connect_dealer(context, address, timeouts, limits)
-        self.monitor = self.socket.get_monitor_socket(_WATCHED)
+        self.socket, self.monitor = connect_dealer(context, address, timeouts, limits, _WATCHED)
         self.outstanding: dict[int, Call] = {}
         self.phase = Phase.CONNECTING
         self.health: Pong | None = None

@@ -26,8 +26,13 @@ _RECONNECT_MS = 50
 _LONGEST_RECONNECT_MS = 500
 
 
-def connect_dealer(context: Context, address: str, timeouts: Timeouts, limits: Limits) -> Socket:
-    """A client's socket, which connects again and again for as long as it is open.
+def connect_dealer(
+    context: Context, address: str, timeouts: Timeouts, limits: Limits, watched: int
+) -> tuple[Socket, Socket]:
+    """A client's socket, which connects again and again for as long as it is open, and a monitor of its events.
+
+    Args:
+        watched: the events that the monitor is to tell.
 
     Raises:
         AddressUnavailable: `address` is no address.
@@ -39,12 +44,16 @@ def connect_dealer(context: Context, address: str, timeouts: Timeouts, limits: L
     dealer.set(zmq.SNDHWM, 0)
     dealer.set(zmq.RECONNECT_IVL, _RECONNECT_MS)
     dealer.set(zmq.RECONNECT_IVL_MAX, _LONGEST_RECONNECT_MS)
+    # Before connecting: a connection that was there before its monitor would never be told of.
+    monitor = dealer.get_monitor_socket(watched)
     try:
         dealer.connect(address)
     except zmq.ZMQError as error:
+        dealer.disable_monitor()
+        monitor.close()
         dealer.close()
         raise AddressUnavailable(f"can't connect to {address}: {error.strerror}") from error
-    return dealer
+    return dealer, monitor
 
 
 def bind_router(context: Context, address: str, timeouts: Timeouts, limits: Limits) -> Socket:

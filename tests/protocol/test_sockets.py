@@ -1,0 +1,23 @@
+"""The sockets' own promises; what they carry is tested with the client and the server."""
+
+import zmq
+from zmq.utils.monitor import recv_monitor_message
+
+from protocol.limits import DEFAULT_LIMITS
+from protocol.sockets import connect_dealer
+from protocol.timeouts import DEFAULT_TIMEOUTS
+
+
+def test_the_monitor_is_there_before_the_connection_is_made():
+    with zmq.Context() as context:
+        listening = context.socket(zmq.ROUTER)
+        port = listening.bind_to_random_port("tcp://127.0.0.1")
+        dealer, monitor = connect_dealer(
+            context, f"tcp://127.0.0.1:{port}", DEFAULT_TIMEOUTS, DEFAULT_LIMITS, zmq.EVENT_CONNECT_DELAYED
+        )
+        # This event is told while the socket connects: a monitor that came later would wait for ever.
+        assert monitor.poll(2000)
+        assert recv_monitor_message(monitor)["event"] == zmq.EVENT_CONNECT_DELAYED
+        dealer.disable_monitor()
+        for socket in (monitor, dealer, listening):
+            socket.close()
