@@ -9,24 +9,19 @@ import cv2
 from msgspec import Struct
 from msgspec.structs import replace
 
-from orchestrator.fleet import Fleet
-from orchestrator.launch import Launch, worker_launches
 from orchestrator.live_display import Display
-from orchestrator.run_directory import resolved_toml
-from orchestrator.session import Session
 from orchestrator.sheet import scene_sheet
-from orchestrator.socket_directory import socket_directory
 from orchestrator.stop_request import StopRequest
+from orchestrator.worker_pair import worker_pair
 from protocol.arrays import UInt8Array
-from protocol.artifact import cache_directory, whole_file
+from protocol.artifact import whole_file
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.client import Client
 from protocol.config import EnvironmentConfig, RunConfig, load_config
 from protocol.errors import InvalidInput
-from protocol.messages import Perceive, Render, Role, SampleScene
+from protocol.messages import Perceive, Render, SampleScene
 from protocol.observation import FilterState
 from protocol.scene import Scene, Split
-from protocol.timeouts import Timeouts
 
 SMALLEST_SIZE, LARGEST_SIZE = 16, 8192
 """What a camera can have, in pixels."""
@@ -62,7 +57,7 @@ class Look(Struct, frozen=True, kw_only=True):
 
 
 def view_config(path: Path | None, size: str | None) -> RunConfig:
-    """The configuration of one render and one perception worker, with a picture of `size`, as in `640x480`.
+    """A configuration, or every setting's default, with pictures of `size`, as in `640x480`.
 
     Raises:
         InvalidConfig: the configuration is wrong.
@@ -73,12 +68,7 @@ def view_config(path: Path | None, size: str | None) -> RunConfig:
     if size is not None:
         width, height = parsed_size(size)
         environment = replace(environment, camera=replace(environment.camera, width=width, height=height))
-    return replace(
-        config,
-        environment=environment,
-        render=replace(config.render, workers=1),
-        perception=replace(config.perception, workers=1),
-    )
+    return replace(config, environment=environment)
 
 
 def parsed_size(text: str) -> tuple[int, int]:
@@ -148,24 +138,10 @@ def view(
         ProcessFailed, DeadlineExceeded, Interrupted: as for a training.
         CallFailed: a worker could not answer.
     """
-    timeouts = Timeouts.from_config(config.timeouts)
-    with (
-        socket_directory() as sockets,
-        Fleet(cache_directory() / "logs", stop) as fleet,
-        Session(fleet, display, stop, timeouts) as session,
-    ):
-        config_path = sockets / "config.toml"
-        config_path.write_bytes(resolved_toml(config))
-        render, perception = worker_launches(config, config_path, sockets)
-        session.start_workers((render, perception))
-        with _client(render, timeouts) as renderer, _client(perception, timeouts) as perceiver:
-            for seed in look.seeds:
-                stop.check()
-                show(seed, scene_page(renderer, perceiver, seed, look, config.environment))
-
-
-def _client(worker: Launch, timeouts: Timeouts) -> Client:
-    return Client(str(worker.address), role=Role.ORCHESTRATOR, serves=worker.role, timeouts=timeouts)
+    with worker_pair(config, display=display, stop=stop) as pair:
+        for seed in look.seeds:
+            stop.check()
+            show(seed, scene_page(pair.renderer, pair.perceiver, seed, look, config.environment))
 
 
 def scene_page(
