@@ -3,10 +3,10 @@
 from typing import Any, Protocol
 
 from protocol.camera import Camera
-from protocol.client import Pool
 from protocol.messages import Observe, SampleScene
 from protocol.observation import FilterState, Observation
 from protocol.pending import Pending
+from protocol.pool import Pool
 from protocol.scene import Scene, Split
 
 

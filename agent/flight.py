@@ -103,3 +103,8 @@ def camera_of(config: EnvironmentConfig, flight: Flight) -> Camera:
         intrinsics=Intrinsics.from_horizontal_fov(optics.width, optics.height, optics.horizontal_fov),
         depth_noise=optics.depth_noise,
     )
+
+
+def succeeded(outcome: Outcome, uncertainty: float, threshold: float) -> bool:
+    """Whether a flight ended well: in one piece, and with the person seen with less uncertainty than `threshold`."""
+    return outcome == "truncated" and uncertainty < threshold

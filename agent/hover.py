@@ -6,18 +6,18 @@ import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
 
-from agent.eyes import Eyes
 from agent.episode_seeds import drawn_seed
+from agent.eyes import Eyes
 from agent.flight import Flight, camera_of, earn, move, see, take_off
 from agent.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
 from agent.stages import StageTimes, times_of
 from agent.workspace import require_room_to_start
-from protocol.arrays import Float32Array, Float64Array
+from protocol.arrays import Float32Array
 from protocol.config import EnvironmentConfig
 from protocol.scene import Split
 
 
-class Hover(gymnasium.Env[Float32Array, Float64Array]):
+class Hover(gymnasium.Env[Float32Array, Float32Array]):
     """One drone and one person; the camera always faces the person.
 
     Observation (111,): 54 filtered joint coordinates, 54 posterior variances, the drone's position, in m and m².
@@ -34,7 +34,7 @@ class Hover(gymnasium.Env[Float32Array, Float64Array]):
         self.action_space = action_space()
         self._eyes = eyes
         self._split: Split = split
-        self._flight: Flight | None = None
+        self.flight: Flight | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -43,21 +43,21 @@ class Hover(gymnasium.Env[Float32Array, Float64Array]):
         super().reset(seed=seed, options=options)
         episode_seed = drawn_seed(self.np_random) if seed is None else seed
         flight = take_off(self.config, episode_seed, self._eyes.sample(episode_seed, self._split))
-        self._flight, times = self._look(flight)
-        return observed(self._flight), info_of(self._flight, times)
+        self.flight, times = self._look(flight)
+        return observed(self.flight), info_of(self.flight, times)
 
-    def step(self, action: Float64Array) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Float32Array) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
         """Fly for one step and look.
 
         Raises:
             InvalidInput: the action is not three finite numbers; the episode stands as it was.
             CallFailed: no worker answered; the episode stands as it was.
         """
-        if self._flight is None or self._flight.over:
+        if self.flight is None or self.flight.over:
             raise ResetNeeded("the episode is over, or none was begun: call reset() first")
-        flight = move(self.config, self._flight, require_actions(action, (ACTION_SIZE,)))
+        flight = move(self.config, self.flight, require_actions(action, (ACTION_SIZE,)))
         flight, times = (flight, StageTimes({})) if flight.ended_badly else self._look(flight)
-        self._flight, reward = earn(self.config, flight)
+        self.flight, reward = earn(self.config, flight)
         return observed(flight), reward, flight.ended_badly, flight.outcome == "truncated", info_of(flight, times)
 
     def _look(self, flight: Flight) -> tuple[Flight, StageTimes]:
@@ -69,7 +69,7 @@ def info_of(flight: Flight, times: StageTimes) -> dict[str, Any]:
     """What a step tells beside the observation; nothing in it is shared with the episode's state.
 
     `outcome`, `uncertainty` (weighted, 0 to 10), `quality` (18,), `position` (metres), `timings` (seconds by stage, of
-    the picture if one was taken) and the episode's `seed`.
+    the picture if one was taken); of the episode so far its `seed`, `length` in steps and `total_reward`.
     """
     return {
         "outcome": flight.outcome,
@@ -78,4 +78,6 @@ def info_of(flight: Flight, times: StageTimes) -> dict[str, Any]:
         "position": np.array(flight.position),
         "timings": times,
         "seed": flight.seed,
+        "length": flight.steps,
+        "total_reward": flight.total_reward,
     }

@@ -1,5 +1,6 @@
 """The networks of the learners, in skrl's terms: policies and critics over the features of an observation."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Any, TypeAlias
@@ -17,13 +18,15 @@ from agent.spaces import ACTION_SIZE
 Inputs: TypeAlias = dict[str, Any]
 Output: TypeAlias = tuple[Tensor, dict[str, Any]]
 
+# skrl's mixins pass `role` to `compute` by position, against its own base class; hence the ignored complaints below.
+
 MIN_LOG_STD, MAX_LOG_STD = -5.0, 2.0
 
 
 def layers(inputs: int, hidden: Sequence[int], outputs: int) -> nn.Sequential:
     """A plain network with ReLU between its layers."""
     sizes = [inputs, *hidden]
-    between = [part for pair in zip(sizes, sizes[1:]) for part in (nn.Linear(*pair), nn.ReLU())]  # noqa: B905
+    between = [part for pair in itertools.pairwise(sizes) for part in (nn.Linear(*pair), nn.ReLU())]
     return nn.Sequential(*between, nn.Linear(sizes[-1], outputs))
 
 
@@ -37,7 +40,7 @@ class SquashedPolicy(Model):
         super().__init__(observation_space=observation_space, action_space=action_space, device="cpu")
         self.net = layers(FEATURE_SIZE, hidden, 2 * ACTION_SIZE)
 
-    def compute(self, inputs: Inputs, role: str = "") -> Output:
+    def compute(self, inputs: Inputs, *, role: str = "") -> Output:
         """Mean and log standard deviation of the velocity before it is squashed."""
         features = inputs["observations"]
         mean, log_std = self.net(features).chunk(2, dim=1)
@@ -46,7 +49,7 @@ class SquashedPolicy(Model):
 
     def act(self, inputs: Inputs, *, role: str = "") -> Output:
         """Draw velocities; `log_prob` (n, 1) is theirs, `mean_actions` (n, 3) the best ones known."""
-        mean, outputs = self.compute(inputs, role)
+        mean, outputs = self.compute(inputs, role=role)
         gaussian = Normal(mean, outputs["log_std"].exp())
         drawn = gaussian.rsample()
         log_prob = gaussian.log_prob(drawn) - log_squashing(drawn)
@@ -67,7 +70,7 @@ class Critic(DeterministicMixin, Model):
         DeterministicMixin.__init__(self)
         self.net = layers(FEATURE_SIZE + ACTION_SIZE, hidden, 1)
 
-    def compute(self, inputs: Inputs, role: str = "") -> Output:
+    def compute(self, inputs: Inputs, role: str = "") -> Output:  # pyright: ignore[reportIncompatibleMethodOverride]
         """(n, 1)."""
         features = inputs["observations"]
         action = to_drone_frame(inputs["taken_actions"], bearing_of(features))
@@ -83,7 +86,7 @@ class GaussianPolicy(GaussianMixin, Model):
         self.net = layers(FEATURE_SIZE, hidden, ACTION_SIZE)
         self.log_std = nn.Parameter(torch.full((ACTION_SIZE,), math.log(0.6)))
 
-    def compute(self, inputs: Inputs, role: str = "") -> Output:
+    def compute(self, inputs: Inputs, role: str = "") -> Output:  # pyright: ignore[reportIncompatibleMethodOverride]
         """Mean and log standard deviation of the velocity."""
         features = inputs["observations"]
         return to_world_frame(torch.tanh(self.net(features)), bearing_of(features)), {"log_std": self.log_std}
@@ -97,6 +100,6 @@ class Value(DeterministicMixin, Model):
         DeterministicMixin.__init__(self)
         self.net = layers(FEATURE_SIZE, hidden, 1)
 
-    def compute(self, inputs: Inputs, role: str = "") -> Output:
+    def compute(self, inputs: Inputs, role: str = "") -> Output:  # pyright: ignore[reportIncompatibleMethodOverride]
         """(n, 1)."""
         return self.net(inputs["observations"]), {}

@@ -10,6 +10,7 @@ import torch
 from numpy.typing import NDArray
 from skrl.agents.torch.sac import SAC, SAC_CFG
 from skrl.memories.torch import RandomMemory
+from skrl.models.torch import Model
 
 from agent.features import Features
 from agent.learner import Statistics, Transition
@@ -29,6 +30,8 @@ from protocol.arrays import Float32Array
 from protocol.config import SacConfig
 from protocol.errors import InvalidConfig
 
+_CRITICS = ("critic_1", "critic_2", "target_critic_1", "target_critic_2")
+
 
 class SacLearner:
     """Learns from all transitions in its memory, whoever flew them; `updates_per_step` for each one observed."""
@@ -44,26 +47,30 @@ class SacLearner:
         self._observed = 0
         self._config = config
         # With replacement: without, a batch costs a permutation of the whole memory.
-        self._memory = RandomMemory(memory_size=config.memory // num_envs, num_envs=num_envs, device="cpu", replacement=True)
-        self._agent = _sac_agent(config, self._memory)
+        rows = config.memory // num_envs
+        self._memory = RandomMemory(memory_size=rows, num_envs=num_envs, device="cpu", replacement=True)
+        self._policy = SquashedPolicy(observation_space(), action_space(), config.hidden)
+        self._features = Features()
+        self._agent = _sac_agent(config, self._policy, self._memory)
 
     def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
         """Velocities (n, 3), drawn from the policy or its best."""
         with torch.no_grad():
             inputs = {"observations": self._features(torch.from_numpy(observations))}
             if not explore:
-                return torch.tanh(self._agent.policy.compute(inputs)[0]).numpy()
-            return self._agent.policy.act(inputs)[0].numpy()
+                return torch.tanh(self._policy.compute(inputs)[0]).numpy()
+            return self._policy.act(inputs)[0].numpy()
 
     def observe(self, transition: Transition) -> None:
         """Keep a step of every drone; a truncated one is bootstrapped from its final observation, a crash is not."""
-        self._memory.add_samples(
-            observations=torch.from_numpy(transition.observations),
-            actions=torch.from_numpy(transition.actions),
-            rewards=torch.from_numpy(transition.rewards * self._config.reward_scale)[:, None],
-            next_observations=torch.from_numpy(transition.next_observations),
-            terminated=torch.from_numpy(transition.terminated)[:, None],
-        )
+        samples: dict[str, Any] = {
+            "observations": torch.from_numpy(transition.observations),
+            "actions": torch.from_numpy(transition.actions),
+            "rewards": torch.from_numpy(transition.rewards * self._config.reward_scale)[:, None],
+            "next_observations": torch.from_numpy(transition.next_observations),
+            "terminated": torch.from_numpy(transition.terminated)[:, None],
+        }
+        self._memory.add_samples(**samples)
         self._observed += len(transition.rewards)
 
     def learn(self) -> Statistics:
@@ -104,15 +111,11 @@ class SacLearner:
         """Take another learner's parameters."""
         load_network_weights(self._agent, weights)
 
-    def _features(self, observations: torch.Tensor) -> torch.Tensor:
-        return self._agent._observation_preprocessor(observations)
 
-
-def _sac_agent(config: SacConfig, memory: RandomMemory) -> SAC:
-    spaces = {"observation_space": observation_space(), "action_space": action_space()}
-    critics = ("critic_1", "critic_2", "target_critic_1", "target_critic_2")
-    models = {"policy": SquashedPolicy(**spaces, hidden=config.hidden)}
-    models |= {name: Critic(**spaces, hidden=config.hidden) for name in critics}
+def _sac_agent(config: SacConfig, policy: SquashedPolicy, memory: RandomMemory) -> SAC:
+    spaces = (observation_space(), action_space())
+    models: dict[str, Model] = {"policy": policy}
+    models |= {name: Critic(*spaces, config.hidden) for name in _CRITICS}
     settings = SAC_CFG(
         batch_size=config.batch,
         discount_factor=config.discount,
@@ -122,7 +125,9 @@ def _sac_agent(config: SacConfig, memory: RandomMemory) -> SAC:
         observation_preprocessor=Features,
     )
     settings.experiment.write_interval = settings.experiment.checkpoint_interval = 0
-    agent = SAC(models=models, memory=memory, cfg=settings, device="cpu", **spaces)
+    agent = SAC(
+        models=models, memory=memory, cfg=settings, device="cpu", observation_space=spaces[0], action_space=spaces[1]
+    )
     agent.init()
     # From here on it keeps track of its losses; had it known before, it would have opened a writer of its own.
     agent.write_interval = 1

@@ -62,13 +62,14 @@ def load_network_weights(agent: Agent, weights: dict[str, NDArray[Any]]) -> None
     """
     shapes = {name: array.shape for name, array in weights.items()}
     expected = {name: array.shape for name, array in network_weights(agent).items()}
-    if wrong := sorted(set(shapes.items()) ^ set(expected.items())):
-        name, shape = wrong[0]
-        raise ArtifactDamaged(f"the weights don't fit the learner: {name} has {shapes.get(name)}, not {expected.get(name)}")
+    for name in sorted(shapes | expected):
+        if shapes.get(name) != expected.get(name):
+            found, wanted = shapes.get(name, "none"), expected.get(name, "none")
+            raise ArtifactDamaged(f"the weights don't fit the learner: {name} has the shape {found}, not {wanted}")
     for name, network in _networks(agent).items():
         prefix = f"{name}."
-        own = {key.removeprefix(prefix): torch.from_numpy(np.array(array)) for key, array in weights.items() if key.startswith(prefix)}
-        network.load_state_dict(own)
+        own = {key: array for key, array in weights.items() if key.startswith(prefix)}
+        network.load_state_dict({key.removeprefix(prefix): torch.tensor(array) for key, array in own.items()})
 
 
 def tracked(agent: Agent) -> dict[str, float]:

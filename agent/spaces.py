@@ -21,7 +21,7 @@ VARIANCE_LIMIT = 100.0
 """m². A joint that is never seen stays far below it in 100 steps."""
 
 
-def observation_space() -> Box:
+def observation_space() -> Box[np.float32]:
     """Observations (111,), finite on all sides."""
     low = np.full(OBSERVATION_SIZE, -COORDINATE_LIMIT, np.float32)
     high = np.full(OBSERVATION_SIZE, COORDINATE_LIMIT, np.float32)
@@ -30,7 +30,7 @@ def observation_space() -> Box:
     return Box(low, high, dtype=np.float32)
 
 
-def action_space() -> Box:
+def action_space() -> Box[np.float32]:
     """Velocities (3,) in the world frame, m/s."""
     return Box(-MAX_SPEED, MAX_SPEED, (ACTION_SIZE,), np.float32)
 

@@ -6,8 +6,8 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from typing import get_args
 
-from protocol.pending import Pending
 from protocol.observation import Observation
+from protocol.pending import Pending
 from protocol.records import Stage
 
 
@@ -41,10 +41,11 @@ class StageTimes(Mapping[Stage, float]):
 
 def times_of(look: Pending[Observation]) -> StageTimes:
     """The stages of a picture that has come back; `transport` is that of both hops."""
-    seconds: dict[Stage, float] = {
-        stage: look.result().timings[stage] for stage in get_args(Stage) if stage in look.result().timings
-    }
-    return StageTimes(seconds | {"transport": seconds.get("transport", 0.0) + look.timing.transport})
+    measured = look.result().timings
+    stages: tuple[Stage, ...] = get_args(Stage)
+    seconds: dict[Stage, float] = {stage: measured[stage] for stage in stages if stage in measured}
+    seconds["transport"] = seconds.get("transport", 0.0) + look.timing.transport
+    return StageTimes(seconds)
 
 
 class StageMedians:

@@ -22,10 +22,10 @@ from agent.spaces import ACTION_SIZE, action_space, observation_space, observed,
 from agent.stages import StageTimes, times_of
 from agent.workspace import require_room_to_start
 from protocol.arrays import Float32Array, Float64Array
-from protocol.pending import Pending
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.observation import Observation
+from protocol.pending import Pending
 from protocol.scene import Split
 
 StepResult: TypeAlias = tuple[Float32Array, Float64Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]

@@ -125,7 +125,12 @@ class SacConfig(_Section, frozen=True):
 
 
 class PpoConfig(_Section, frozen=True):
-    """Proximal policy optimisation on the same environment."""
+    """Proximal policy optimisation on the same environment.
+
+    Attributes:
+        rollout: steps of every drone between two updates; `epochs` over them in `minibatches` each.
+        reward_scale: as for SAC.
+    """
 
     hidden: tuple[Count, ...] = (256, 256)
     rollout: Count = 128
@@ -136,6 +141,7 @@ class PpoConfig(_Section, frozen=True):
     gae_lambda: Fraction = 0.95
     clip: Positive = 0.2
     entropy: NotNegative = 0.0
+    reward_scale: Positive = 1.0
 
 
 class LearnerConfig(_Section, frozen=True):
@@ -147,11 +153,21 @@ class LearnerConfig(_Section, frozen=True):
 
 
 class TrainingConfig(_Section, frozen=True):
-    """`steps` counts environment steps while learning; `prefill`, those of scripted flights before it."""
+    """How long to train, in environment steps of all drones together.
+
+    Attributes:
+        steps: flown by the learner.
+        prefill: of scripted flights before that, to fill the replay memory; none where the learner has no use for them.
+        prefill_noise: standard deviation of what is added to each scripted velocity, m/s.
+        log_every: between two points of the curves.
+        save_every: between two writings of the weights.
+    """
 
     steps: Count = 10_000
     prefill: CountOrNone = 1_000
+    prefill_noise: NotNegative = 0.5
     log_every: Count = 100
+    save_every: Count = 1_000
 
 
 class EvaluationConfig(_Section, frozen=True):

@@ -8,6 +8,7 @@ from typing import Literal, TypeAlias
 from msgspec import Struct
 
 Outcome: TypeAlias = Literal["flying", "truncated", "too_close", "out_of_workspace"]
+Phase: TypeAlias = Literal["prefill", "training", "evaluation", "done"]
 Stage: TypeAlias = Literal["render", "infer", "decode", "lift", "qoe", "filter", "transport", "learn"]
 
 
@@ -23,7 +24,7 @@ class Progress(Struct, frozen=True, kw_only=True):
     """
 
     time: float
-    phase: Literal["prefill", "training", "evaluation", "done"]
+    phase: Phase
     step: int
     steps: int
     episodes: int

@@ -1,7 +1,7 @@
 """Eyes that compute what they see, for tests: how well a joint is seen depends on angle and distance alone.
 
-The figures follow the map of weighted uncertainty that was measured on renders: about 1.6 in front at 2 to 4 m, 4 at the
-sides, 6 from behind, nothing beyond 7 m.
+The figures follow the map of weighted uncertainty that was measured on renders: about 1.6 in front at 2 to 4 m, 3 to 6
+at the sides, 7 from behind, nothing beyond 7 m.
 """
 
 import math

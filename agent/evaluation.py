@@ -1,0 +1,59 @@
+"""How well policies fly: all on the same scenes of test identities, from the same starts."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+from gymnasium.vector import AutoresetMode
+
+from agent.eyes import Eyes
+from agent.flight import Flight, succeeded
+from agent.intervals import mean_interval, rate_interval
+from agent.policies import Policy
+from agent.vector_hover import VectorHover
+from protocol.config import EnvironmentConfig, RunConfig
+from protocol.records import Evaluation, PolicyScore
+
+
+def evaluate(
+    eyes: Eyes, config: RunConfig, policies: Mapping[str, Policy], episodes: int, on_step: Callable[[int], None]
+) -> Evaluation:
+    """Let each policy fly the episodes of the seeds from `first_seed` on.
+
+    Args:
+        on_step: is told after each step how many environment steps were flown in it; may raise to stop.
+    """
+    first = config.evaluation.first_seed
+    seeds = range(first, first + episodes)
+    threshold = config.environment.success_threshold
+    scores = [
+        score(name, list(fly(eyes, config.environment, policy, seeds, on_step)), threshold)
+        for name, policy in policies.items()
+    ]
+    return Evaluation(first_seed=first, success_threshold=threshold, scores=tuple(scores))
+
+
+def fly(
+    eyes: Eyes, config: EnvironmentConfig, policy: Policy, seeds: Sequence[int], on_step: Callable[[int], None]
+) -> Iterator[Flight]:
+    """The finished flights of the seeds, in their order; `num_envs` at a time."""
+    for first in range(0, len(seeds), config.num_envs):
+        wave = seeds[first : first + config.num_envs]
+        env = VectorHover(eyes, len(wave), config, split="test", autoreset_mode=AutoresetMode.DISABLED)
+        observations, _ = env.reset(seed=wave)
+        while not all(flight.over for flight in env.flights):
+            observations, *_ = env.step(policy(observations, env.flights))
+            on_step(len(wave))
+        yield from env.flights
+
+
+def score(policy: str, flights: Sequence[Flight], success_threshold: float) -> PolicyScore:
+    """What one or more finished flights of a policy come to, with 95% intervals."""
+    successes = sum(succeeded(flight.outcome, flight.uncertainty, success_threshold) for flight in flights)
+    return PolicyScore(
+        policy=policy,
+        episodes=len(flights),
+        total_reward=mean_interval([flight.total_reward for flight in flights]),
+        uncertainty=mean_interval([flight.uncertainty for flight in flights]),
+        success=rate_interval(successes, len(flights)),
+        crash=rate_interval(sum(flight.ended_badly for flight in flights), len(flights)),
+        length=mean_interval([flight.steps for flight in flights]),
+    )

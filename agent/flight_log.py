@@ -1,0 +1,55 @@
+"""The finished flights of a training, as records and in the mean."""
+
+import statistics
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from agent.flight import succeeded
+from protocol.records import Episode
+
+RECENT = 20
+"""How many of the last flights the means are over."""
+
+
+class FlightLog:
+    """Numbers flights in the order in which they end; those of one step in their drones' order."""
+
+    def __init__(self, success_threshold: float) -> None:
+        self.count = 0
+        self._success_threshold = success_threshold
+        self._recent: deque[Episode] = deque(maxlen=RECENT)
+
+    def add(self, infos: Mapping[str, Any], policy: str) -> list[Episode]:
+        """Records of the flights that a step ended, flown by the policy of that name; `infos` are `VectorHover`'s."""
+        ended = np.flatnonzero(infos["_final_info"]) if "_final_info" in infos else ()
+        finals = [{name: values[index] for name, values in infos["final_info"].items()} for index in ended]
+        episodes = [self._record(final, policy, self.count + number) for number, final in enumerate(finals)]
+        self.count += len(episodes)
+        self._recent.extend(episodes)
+        return episodes
+
+    @property
+    def mean_return(self) -> float | None:
+        """Over the last flights; None before the first."""
+        return statistics.fmean(episode.total_reward for episode in self._recent) if self._recent else None
+
+    @property
+    def mean_uncertainty(self) -> float | None:
+        """Weighted uncertainty at their ends, over the last flights; None before the first."""
+        return statistics.fmean(episode.uncertainty for episode in self._recent) if self._recent else None
+
+    def _record(self, final: Mapping[str, Any], policy: str, number: int) -> Episode:
+        outcome, uncertainty = final["outcome"], float(final["uncertainty"])
+        return Episode(
+            number=number,
+            seed=int(final["seed"]),
+            policy=policy,
+            total_reward=float(final["total_reward"]),
+            length=int(final["length"]),
+            outcome=outcome,
+            uncertainty=uncertainty,
+            success=succeeded(outcome, uncertainty, self._success_threshold),
+        )

@@ -1,0 +1,103 @@
+"""Keeps count of a training: finished flights, speed, where the time goes; and sees to it that it is written down."""
+
+import statistics
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from msgspec import Struct
+
+from agent.flight_log import FlightLog
+from agent.journal import Journal
+from agent.pace import Pace
+from agent.stages import StageMedians
+from protocol.config import RunConfig
+from protocol.records import Phase, Progress, Stage
+
+PROGRESS_EVERY = 1.0
+"""Seconds between two lines of progress; a step is not cut in two, so a slow one takes longer."""
+
+
+class Clocks(Struct, frozen=True):
+    """Seconds: `wall` since 1970 for records, `steady` for durations."""
+
+    wall: Callable[[], float]
+    steady: Callable[[], float]
+
+
+class Logbook:
+    """One training's. `begin` a phase, then `enter` each step of it."""
+
+    def __init__(self, journal: Journal, config: RunConfig, clocks: Clocks) -> None:
+        self.flights = FlightLog(config.environment.success_threshold)
+        self._journal = journal
+        self._log_every = config.training.log_every
+        self._clocks = clocks
+        self._stages = StageMedians()
+        self._gathered: defaultdict[str, list[float]] = defaultdict(list)
+        self._flown = 0
+        self.begin("prefill", "", 0)
+
+    def begin(self, phase: Phase, policy: str, steps: int) -> None:
+        """A phase of so many environment steps, flown by the policy of that name."""
+        self._phase: Phase = phase
+        self._policy = policy
+        self._steps = steps
+        self._step = 0
+        self._pace = Pace(self._clocks.steady)
+        self._written = self._clocks.steady()
+
+    def enter(self, drones: int, infos: Mapping[str, Any], learned: Mapping[str, float], learning: float) -> None:
+        """A step of every drone: its infos, the learner's statistics, and the seconds that learning took."""
+        self._step += drones
+        self._flown += drones
+        self._pace.reached(self._step)
+        self._time(infos, learning / drones)
+        for name, value in learned.items():
+            self._gathered[name].append(value)
+        for episode in self.flights.add(infos, self._policy):
+            self._journal.episode(episode)
+        if self._flown % self._log_every < drones:
+            self._draw()
+        if self._clocks.steady() - self._written >= PROGRESS_EVERY:
+            self.write_progress()
+
+    def write_progress(self) -> None:
+        """Say where the training stands."""
+        self._written = self._clocks.steady()
+        self._journal.progress(
+            Progress(
+                time=self._clocks.wall(),
+                phase=self._phase,
+                step=self._step,
+                steps=self._steps,
+                episodes=self.flights.count,
+                steps_per_second=self._pace.steps_per_second,
+                episode_return=self.flights.mean_return,
+                uncertainty=self.flights.mean_uncertainty,
+                stages=self.stages,
+            )
+        )
+
+    @property
+    def stages(self) -> dict[Stage, float]:
+        """Median seconds that an environment step spends in each stage."""
+        return self._stages.medians()
+
+    def _time(self, infos: Mapping[str, Any], learning: float) -> None:
+        """Take in the stages of all pictures of a step, the last ones of finished flights included."""
+        last_pictures = infos.get("final_info", {}).get("timings", ())
+        for times in (*infos["timings"], *last_pictures):
+            self._stages.add(times or {})
+        self._stages.add({"learn": learning})
+
+    def _draw(self) -> None:
+        """Add a point to every curve."""
+        values = {name: statistics.fmean(gathered) for name, gathered in self._gathered.items()}
+        self._gathered.clear()
+        values |= {f"Seconds a step / {stage}": seconds for stage, seconds in self.stages.items()}
+        values["Training / Steps a second"] = self._pace.steps_per_second
+        for name, mean in (("return", self.flights.mean_return), ("uncertainty", self.flights.mean_uncertainty)):
+            if mean is not None:
+                values[f"Flights / Mean {name}"] = mean
+        self._journal.curves(self._flown, values)

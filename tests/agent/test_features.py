@@ -1,0 +1,86 @@
+import math
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+
+from agent.features import FEATURE_SIZE, Features, bearing_of, to_drone_frame, to_world_frame
+from agent.flight import take_off
+from agent.spaces import observed
+from protocol.config import EnvironmentConfig
+from tests.agent.analytic_eyes import BODY, AnalyticEyes
+
+ANGLES = st.floats(-math.pi, math.pi)
+NO_PLACE = [index for index in range(FEATURE_SIZE) if index not in (0, 1, 4, 5)]
+"""All features but those that tell where in the workspace the drone is."""
+
+
+def turn(angle: float) -> np.ndarray:
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+
+
+def observation(
+    yaw: float, drone: tuple[float, float, float], turned: float = 0.0, variance: float = 0.05
+) -> torch.Tensor:
+    joints = BODY @ turn(yaw + turned).T
+    numbers = np.concatenate([joints.ravel(), np.full(54, variance), turn(turned) @ drone])
+    return torch.tensor(numbers, dtype=torch.float32)[None]
+
+
+def facing(features: torch.Tensor) -> np.ndarray:
+    """(n, 2) where the person faces by shoulders, hips, eyes, ears and nose, as the features have it."""
+    return features[0, -10:].reshape(5, 2).numpy()
+
+
+@given(yaw=ANGLES, turned=ANGLES, distance=st.floats(1.5, 9.0), height=st.floats(0.5, 4.0))
+def test_a_scene_turned_about_the_person_is_the_same_scene(yaw, turned, distance, height) -> None:
+    as_it_was = Features()(observation(yaw, (distance, 0.0, height)))
+    as_turned = Features()(observation(yaw, (distance, 0.0, height), turned))
+    assert as_turned[0, NO_PLACE].numpy() == pytest.approx(as_it_was[0, NO_PLACE].numpy(), abs=1e-4)
+
+
+@given(bearing=ANGLES, x=st.floats(-2, 2), y=st.floats(-2, 2))
+def test_velocities_come_back_from_the_drones_frame(bearing, x, y) -> None:
+    direction = torch.tensor([[math.cos(bearing), math.sin(bearing)]])
+    vector = torch.tensor([[x, y, 0.3]])
+    back = to_world_frame(to_drone_frame(vector, direction), direction)
+    assert back.numpy() == pytest.approx(vector.numpy(), abs=1e-5)
+
+
+def test_towards_the_drone_is_x() -> None:
+    north = torch.tensor([[0.0, 1.0]])
+    assert to_drone_frame(torch.tensor([[0.0, 2.0, 5.0]]), north).tolist() == [[2.0, 0.0, 5.0]]
+    assert to_drone_frame(torch.tensor([[-2.0, 0.0, 5.0]]), north).tolist() == [[0.0, 2.0, 5.0]]
+
+
+def test_the_bearing_is_that_of_the_drone_from_the_person() -> None:
+    features = Features()(observation(1.0, (0.0, -4.0, 2.0)))
+    assert bearing_of(features).numpy() == pytest.approx(np.array([[0.0, -1.0]]), abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("yaw", "way"), [(0.0, (1, 0)), (math.pi, (-1, 0)), (math.pi / 2, (0, 1)), (-math.pi / 2, (0, -1))]
+)
+def test_the_person_faces_the_drone_or_away_or_aside(yaw, way) -> None:
+    ways = facing(Features()(observation(yaw, (4.0, 0.0, 1.6))))
+    assert (ways @ way > 0.02).all()
+    assert ways @ np.array([-way[1], way[0]]) == pytest.approx(np.zeros(5), abs=0.02)
+
+
+def test_joints_never_seen_say_nothing_of_where_the_person_faces(eyes: AnalyticEyes) -> None:
+    flight = take_off(EnvironmentConfig(), 0, eyes.sample(0, "train"))
+    features = Features()(torch.from_numpy(observed(flight))[None])
+    assert facing(features) == pytest.approx(np.zeros((5, 2)))
+
+
+def test_features_are_about_one_in_size_and_finite_everywhere(eyes: AnalyticEyes) -> None:
+    rng = np.random.default_rng(0)
+    observations = [observation(rng.uniform(-3, 3), tuple(rng.uniform((-9, -9, 0.5), (9, 9, 4)))) for _ in range(200)]
+    features = Features()(torch.cat(observations))
+    assert features.shape == (200, FEATURE_SIZE)
+    assert features.abs().max() < 5.0
+    above_the_person = observation(0.0, (0.0, 0.0, 2.0), variance=100.0)
+    assert torch.isfinite(Features()(above_the_person)).all()

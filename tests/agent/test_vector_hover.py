@@ -1,0 +1,201 @@
+import itertools
+import threading
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError, ResetNeeded
+from gymnasium.vector import AutoresetMode
+
+import agent  # noqa: F401 (registers the environment)
+from agent.episode_seeds import episode_seed
+from agent.hover import Hover
+from agent.vector_hover import VectorHover
+from protocol.config import EnvironmentConfig
+from protocol.errors import InvalidInput, WorkerLost
+from tests.agent.analytic_eyes import TIMING, AnalyticEyes
+
+SHORT = EnvironmentConfig(num_envs=3, episode_steps=4)
+
+
+def actions_of(step: int, drones: int = 3) -> np.ndarray:
+    return np.random.default_rng(step).uniform(-1, 1, (drones, 3)).astype(np.float32)
+
+
+def test_gymnasium_makes_one_by_its_name(eyes: AnalyticEyes) -> None:
+    env = gymnasium.make_vec("vantage/Hover-v0", num_envs=2, eyes=eyes)
+    assert isinstance(env.unwrapped, VectorHover)
+    observations, _ = env.reset(seed=0)
+    assert env.observation_space.contains(observations)
+    assert env.action_space.shape == (2, 3)
+
+
+def test_each_drone_flies_as_it_would_alone(eyes: AnalyticEyes) -> None:
+    flock = VectorHover(eyes, config=SHORT)
+    observations, infos = flock.reset(seed=7)
+    alone = [Hover(eyes, SHORT) for _ in range(3)]
+    for index, env in enumerate(alone):
+        assert np.array_equal(env.reset(seed=episode_seed(7, index))[0], observations[index])
+    for step in range(3):
+        observations, rewards, terminated, truncated, infos = flock.step(actions_of(step))
+        for index, env in enumerate(alone):
+            observation, reward, ended, cut, info = env.step(actions_of(step)[index])
+            assert np.array_equal(observation, observations[index])
+            assert (reward, ended, cut) == (rewards[index], terminated[index], truncated[index])
+            assert info["outcome"] == infos["outcome"][index]
+            assert np.array_equal(info["quality"], infos["quality"][index])
+            assert infos["_quality"][index]
+
+
+def test_all_pictures_of_a_step_are_under_way_at_once() -> None:
+    under_way = []
+    eyes = AnalyticEyes(deliver=lambda pending, observation: under_way.append((pending, observation)))
+
+    def answer() -> None:
+        for pending, observation in under_way:
+            pending.succeed(observation, TIMING)
+        under_way.clear()
+
+    env = VectorHover(eyes, config=SHORT)
+    resetting = threading.Thread(target=env.reset, kwargs={"seed": 0})
+    resetting.start()
+    while len(under_way) < 3:
+        resetting.join(0.001)
+    answer()
+    resetting.join()
+    for step in range(SHORT.episode_steps):
+        env.send(np.zeros((3, 3)))
+        last = step == SHORT.episode_steps - 1
+        assert len(under_way) == (6 if last else 3), "the next flights' first pictures go out with the last ones"
+        answer()
+        env.receive()
+
+
+@pytest.mark.parametrize("delays", [(0.02, 0.01, 0.0), (0.0, 0.015, 0.005, 0.02)])
+def test_the_order_of_answers_changes_nothing(delays) -> None:
+    delay = itertools.cycle(delays)
+
+    def deliver(pending, observation) -> None:
+        threading.Timer(next(delay), pending.succeed, (observation, TIMING)).start()
+
+    in_order, out_of_order = VectorHover(AnalyticEyes(), config=SHORT), VectorHover(AnalyticEyes(deliver), config=SHORT)
+    assert np.array_equal(in_order.reset(seed=5)[0], out_of_order.reset(seed=5)[0])
+    for step in range(9):
+        expected, found = in_order.step(actions_of(step)), out_of_order.step(actions_of(step))
+        for one, other in zip(expected[:4], found[:4], strict=True):
+            assert np.array_equal(one, other)
+    assert [flight.seed for flight in in_order.flights] == [flight.seed for flight in out_of_order.flights]
+
+
+def test_a_finished_flight_is_followed_in_the_same_step(eyes: AnalyticEyes) -> None:
+    env = VectorHover(eyes, config=SHORT)
+    env.reset(seed=2)
+    for _ in range(SHORT.episode_steps - 1):
+        *_, infos = env.step(np.zeros((3, 3)))
+        assert "final_obs" not in infos
+    observations, _, terminated, truncated, infos = env.step(np.zeros((3, 3)))
+    assert truncated.all()
+    assert not terminated.any()
+    for index in range(3):
+        assert infos["final_obs"][index][108:] == pytest.approx(infos["final_info"]["position"][index])
+        assert not np.array_equal(infos["final_obs"][index], observations[index])
+        assert infos["final_info"]["outcome"][index] == "truncated"
+        assert infos["final_info"]["seed"][index] == episode_seed(2, index)
+        assert infos["final_info"]["length"][index] == SHORT.episode_steps
+        assert infos["seed"][index] == episode_seed(2, 3 + index)
+        alone, _ = Hover(eyes, SHORT).reset(seed=episode_seed(2, 3 + index))
+        assert np.array_equal(alone, observations[index])
+
+
+def test_only_the_drone_that_crashed_begins_anew(eyes: AnalyticEyes) -> None:
+    env = VectorHover(eyes, config=EnvironmentConfig(num_envs=3))
+    env.reset(seed=2)
+    climbing = np.array([[0, 0, 0], [0, 0, 1.0], [0, 0, 0]])
+    terminated = np.zeros(3, bool)
+    while not terminated.any():
+        looks = eyes.looks
+        _, rewards, terminated, _, infos = env.step(climbing)
+    assert terminated.tolist() == [False, True, False]
+    assert infos["_final_info"].tolist() == [False, True, False]
+    assert infos["final_info"]["outcome"][1] == "out_of_workspace"
+    assert rewards[1] < env.config.penalty < rewards[0]
+    assert [flight.seed for flight in env.flights] == [episode_seed(2, number) for number in (0, 3, 2)]
+    assert eyes.looks == looks + 3, "one for each drone that flies on, one for the next flight, none of the crash"
+
+
+def test_the_next_reset_goes_on_with_the_next_episodes(eyes: AnalyticEyes) -> None:
+    env = VectorHover(eyes, config=SHORT)
+    env.reset(seed=2)
+    env.reset()
+    assert [flight.seed for flight in env.flights] == [episode_seed(2, number) for number in (3, 4, 5)]
+
+
+def test_episodes_can_be_named_by_their_own_seeds(eyes: AnalyticEyes) -> None:
+    env = VectorHover(eyes, config=SHORT)
+    env.reset(seed=[11, 12, 13])
+    assert [flight.seed for flight in env.flights] == [11, 12, 13]
+    with pytest.raises(InvalidInput):
+        env.reset(seed=[11, 12])
+
+
+def test_without_autoreset_finished_flights_wait(eyes: AnalyticEyes) -> None:
+    env = VectorHover(eyes, config=SHORT, autoreset_mode=AutoresetMode.DISABLED)
+    env.reset(seed=[1, 2, 3])
+    for _ in range(SHORT.episode_steps):
+        observations, _, _, truncated, _ = env.step(np.zeros((3, 3)))
+    assert truncated.all()
+    ended, looks = env.flights, eyes.looks
+    again, rewards, terminated, truncated, _ = env.step(np.ones((3, 3)))
+    assert np.array_equal(again, observations)
+    assert not rewards.any()
+    assert not (terminated | truncated).any()
+    assert env.flights == ended
+    assert eyes.looks == looks
+
+
+def test_autoreset_in_the_next_step_is_not_offered(eyes: AnalyticEyes) -> None:
+    with pytest.raises(InvalidInput):
+        VectorHover(eyes, autoreset_mode=AutoresetMode.NEXT_STEP)
+
+
+def test_a_lost_picture_leaves_all_episodes_as_they_were() -> None:
+    answers = iter([True] * 3 + [True, False, True] + [True] * 6)
+
+    def deliver(pending, observation) -> None:
+        if next(answers):
+            pending.succeed(observation, TIMING)
+        else:
+            pending.fail(WorkerLost("perception died"), TIMING)
+
+    env, untouched = VectorHover(AnalyticEyes(deliver), config=SHORT), VectorHover(AnalyticEyes(), config=SHORT)
+    env.reset(seed=4)
+    untouched.reset(seed=4)
+    before = env.flights
+    with pytest.raises(WorkerLost):
+        env.step(actions_of(0))
+    assert env.flights == before
+    assert np.array_equal(env.step(actions_of(0))[0], untouched.step(actions_of(0))[0])
+
+
+def test_an_impossible_action_of_one_drone_moves_none(eyes: AnalyticEyes) -> None:
+    env = VectorHover(eyes, config=SHORT)
+    env.reset(seed=0)
+    before = env.flights
+    actions = np.zeros((3, 3))
+    actions[2, 0] = np.nan
+    with pytest.raises(InvalidInput):
+        env.send(actions)
+    assert env.flights == before
+    env.step(np.zeros((3, 3)))
+
+
+def test_a_step_is_sent_once_and_received_once(eyes: AnalyticEyes) -> None:
+    env = VectorHover(eyes, config=SHORT)
+    with pytest.raises(ResetNeeded):
+        env.send(np.zeros((3, 3)))
+    env.reset(seed=0)
+    with pytest.raises(NoAsyncCallError):
+        env.receive()
+    env.send(np.zeros((3, 3)))
+    with pytest.raises(AlreadyPendingCallError):
+        env.send(np.zeros((3, 3)))
