@@ -20,7 +20,7 @@ from protocol.observation import FilterState, Observation
 from protocol.skeleton import JOINT_COUNT
 
 LEAST_TO_CROP = 3
-"""Joints that the first pass must find before the second looks closer at them."""
+"""Joints that a pass must find to be believed: the first, that there is somebody to look at; the second, that it did."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ class Perceiver:
         if closer == whole:
             return sight
         second = self._look_at(closer, rgb, watch)
-        return second if _found(second) >= _found(sight) else sight
+        return second if _found(second) >= LEAST_TO_CROP else sight
 
     def _look_at(self, region: Region, rgb: UInt8Array, watch: Stopwatch) -> _Sight:
         with watch.stage("infer"):

@@ -10,23 +10,10 @@ from perception_worker.perceive import Perceiver
 from protocol.config import PerceptionConfig
 from protocol.observation import FilterState
 from protocol.skeleton import Joint
-from tests.perception_worker.drawn_maps import draw, person
+from tests.perception_worker.drawn_maps import DrawnNetwork, draw, person
 
 BLACK = np.zeros((480, 640, 3), np.uint8)
 STANDING = person(20, 14)
-
-
-class DrawnNetwork:
-    """Sees the given people in every picture."""
-
-    input_size = (240, 320)
-
-    def __init__(self, *people):
-        self.output = draw(people)
-
-    def infer(self, image):
-        assert image.shape == (3, 240, 320)
-        return self.output
 
 
 class SeesTheWhiteSquare:
@@ -160,16 +147,20 @@ class TestCrop:
         assert (observation.height > 0.4).all()
 
     def test_nobody_is_not_looked_at_twice(self, frame):
-        class CountsLooks(DrawnNetwork):
-            looks = 0
-
-            def infer(self, image):
-                self.looks += 1
-                return super().infer(image)
-
-        network = CountsLooks()
+        network = DrawnNetwork()
         perceive(network, frame(BLACK), crop="person")
         assert network.looks == 1
+
+    def test_a_second_look_that_loses_the_person_is_not_believed(self, far_person):
+        class LosesSight(SeesTheWhiteSquare):
+            def infer(self, image):
+                output = super().infer(image)
+                return output if self.looks == 1 else draw([])
+
+        network = LosesSight()
+        observation = perceive(network, far_person, crop="person")
+        assert network.looks == 2
+        assert np.isfinite(observation.keypoints).all()
 
 
 @pytest.mark.slow

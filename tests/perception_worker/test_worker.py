@@ -1,0 +1,224 @@
+import json
+import signal
+import threading
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from perception_worker.perceive import Perceiver
+from perception_worker.worker import PerceptionHandlers
+from protocol import Client, Pool
+from protocol.config import PerceptionConfig
+from protocol.errors import DeadlineExceeded, InvalidInput, Rejected
+from protocol.frame import Frame
+from protocol.messages import Observe, Perceive, Render, Role, State
+from protocol.observation import FilterState
+from protocol.skeleton import Joint
+from tests.perception_worker.drawn_maps import DrawnNetwork, person
+from tests.perception_worker.workers import CAMERA, PATIENCE, SCENE, running, serving
+
+OBSERVE = Observe(scene=SCENE, camera=CAMERA, filter=FilterState.initial())
+SOMEBODY = DrawnNetwork(person(20, 14))
+
+
+def render(request):
+    """A black picture, three metres away; the true joints, where asked for, are at the origin."""
+    return Frame(
+        rgb=np.zeros((480, 640, 3), np.uint8),
+        depth=np.full((480, 640), 3.0, np.float32),
+        camera=request.camera,
+        joints=np.zeros((18, 3)) if request.truth else None,
+        visible=np.ones(18, bool) if request.truth else None,
+        timings={"render": 0.125},
+    )
+
+
+@pytest.fixture
+def addresses(tmp_path):
+    return f"ipc://{tmp_path}/render", f"ipc://{tmp_path}/perception"
+
+
+@contextmanager
+def perceiving(addresses, network, *, concurrency=1, render_deadline=20.0):
+    """A client of perception handlers that ask the first address for frames and serve at the second."""
+    render_address, address = addresses
+    perceiver = Perceiver(network, PerceptionConfig())
+    with Pool([render_address], role=Role.PERCEPTION, serves=Role.RENDER) as renderers:
+        handlers = PerceptionHandlers(perceiver, renderers, render_deadline=render_deadline).table()
+        with (
+            serving(handlers, address, role=Role.PERCEPTION, concurrency=concurrency),
+            Client(address, role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENCE) as client,
+        ):
+            yield client
+
+
+class TestObserve:
+    @pytest.fixture
+    def client(self, addresses):
+        with (
+            serving({Render: render}, addresses[0], role=Role.RENDER),
+            perceiving(addresses, SOMEBODY) as client,
+        ):
+            yield client
+
+    def test_perceives_the_frame_that_was_rendered_for_it(self, client):
+        observation = client.call(OBSERVE)
+        assert observation.keypoints == pytest.approx((person(20, 14) + 0.5) * 16 - 0.5, abs=3)
+        assert observation.filter.seen.all()
+        assert observation.heatmaps is None
+        assert observation.joints is None
+
+    def test_passes_the_truth_on_when_it_is_asked_for(self, client):
+        observation = client.call(
+            Observe(scene=SCENE, camera=CAMERA, filter=FilterState.initial(), truth=True, heatmaps=True)
+        )
+        assert not observation.joints.any()
+        assert observation.visible.all()
+        assert (observation.heatmaps == SOMEBODY.output.heatmaps).all()
+
+    def test_says_how_long_each_stage_took(self, client):
+        timings = client.call(OBSERVE).timings
+        assert set(timings) == {"render", "transport", "infer", "decode", "lift", "qoe", "filter"}
+        assert timings["render"] == 0.125
+        assert all(seconds > 0 for seconds in timings.values())
+
+    def test_is_perceive_of_the_same_frame(self, client):
+        observed = client.call(OBSERVE)
+        frame = render(Render(scene=SCENE, camera=CAMERA))
+        perceived = client.call(Perceive(frame=frame, filter=FilterState.initial()))
+        for name in ("keypoints", "points", "quality"):
+            assert getattr(observed, name).tobytes() == getattr(perceived, name).tobytes()
+        assert observed.filter.mean.tobytes() == perceived.filter.mean.tobytes()
+
+
+class TestRenderWorkerInTrouble:
+    def test_one_that_does_not_answer_is_named_and_asked_again(self, addresses):
+        with (
+            perceiving(addresses, SOMEBODY, render_deadline=0.2) as client,
+            pytest.raises(DeadlineExceeded, match=f"render at {addresses[0]} did not answer") as caught,
+        ):
+            client.call(OBSERVE, deadline=1.5)
+        assert client.statistics.retries > 0
+        assert "deadline-exceeded" in str(caught.value)
+
+    def test_what_it_refuses_is_refused_with_its_reason(self, addresses):
+        def refuse(request):
+            raise InvalidInput("there is no ground called lava")
+
+        with (
+            serving({Render: refuse}, addresses[0], role=Role.RENDER),
+            perceiving(addresses, SOMEBODY) as client,
+            pytest.raises(Rejected, match="no ground called lava") as caught,
+        ):
+            client.call(OBSERVE)
+        assert caught.value.code == "invalid-input"
+        assert not caught.value.retryable
+
+
+def test_one_frame_is_rendered_while_another_is_inferred(addresses):
+    both_rendered = threading.Event()
+    renders = []
+
+    def count(request):
+        renders.append(request)
+        if len(renders) == 2:
+            both_rendered.set()
+        return render(request)
+
+    class WaitsForTheOther(DrawnNetwork):
+        def infer(self, image):
+            assert both_rendered.wait(20), "the second frame was not asked for while the first was inferred"
+            return super().infer(image)
+
+    with (
+        serving({Render: count}, addresses[0], role=Role.RENDER),
+        perceiving(addresses, WaitsForTheOther(person(20, 14)), concurrency=2) as client,
+    ):
+        observations = list(client.map([OBSERVE, OBSERVE]))
+    assert all(observation.filter.seen.all() for observation in observations)
+
+
+def last_error(process):
+    """What the process said last, once it has ended by itself."""
+    _, stderr = process.communicate(timeout=60)
+    line = json.loads(stderr.splitlines()[-1])
+    assert line["level"] == "error"
+    return line["message"]
+
+
+@pytest.mark.slow
+class TestProcess:
+    @pytest.fixture
+    def photographer(self, addresses, astronaut, frame):
+        """A render worker whose every frame is the same photograph."""
+        picture = frame(astronaut)
+        with serving({Render: lambda request: picture}, addresses[0], role=Role.RENDER):
+            yield
+
+    def arguments(self, addresses):
+        return "--bind", addresses[1], "--render", addresses[0]
+
+    def test_observes_a_photograph_and_ends_at_sigterm(self, addresses, photographer):
+        with running("perception_worker", *self.arguments(addresses)) as process:
+            with Client(addresses[1], role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENCE) as client:
+                client.wait_ready()
+                observation = client.call(OBSERVE)
+            assert observation.keypoints[Joint.NOSE] == pytest.approx([169, 94], abs=6)
+            process.send_signal(signal.SIGTERM)
+            assert process.wait(30) == 0
+
+    def test_two_processes_give_the_same_bytes(self, addresses, photographer):
+        results = []
+        for _ in range(2):
+            with (
+                running("perception_worker", *self.arguments(addresses)),
+                Client(addresses[1], role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENCE) as client,
+            ):
+                results.append(client.call(OBSERVE))
+        one, other = results
+        assert one.quality.tobytes() == other.quality.tobytes()
+        assert one.filter.mean.tobytes() == other.filter.mean.tobytes()
+
+    def test_is_not_ready_before_its_render_worker_is(self, addresses):
+        with (
+            running("perception_worker", *self.arguments(addresses)),
+            Client(addresses[1], role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENCE) as client,
+        ):
+            assert client.ping().state is State.STARTING
+            with serving({Render: render}, addresses[0], role=Role.RENDER):
+                client.wait_ready()
+                assert client.ping().state is State.READY
+
+    def test_without_a_render_worker_ends_by_naming_its_address(self, addresses, tmp_path):
+        config = tmp_path / "config.toml"
+        config.write_text("[timeouts]\nstartup = 0.5\n")
+        with running("perception_worker", *self.arguments(addresses), "--config", config) as process:
+            assert addresses[0] in last_error(process)
+        assert process.returncode == 2
+
+    def test_without_the_network_ends_by_naming_the_command(self, addresses, tmp_path):
+        with running("perception_worker", *self.arguments(addresses), VANTAGE_CACHE=str(tmp_path)) as process:
+            assert "orchestrator models pull" in last_error(process)
+        assert process.returncode == 2
+
+    def test_with_another_kind_of_network_ends_by_naming_its_outputs(self, addresses, logits_onnx):
+        with running("perception_worker", *self.arguments(addresses), "--network", logits_onnx) as process:
+            assert "gives logits" in last_error(process)
+        assert process.returncode == 2
+
+    def test_with_an_unknown_setting_ends_by_naming_it(self, addresses, tmp_path):
+        config = tmp_path / "config.toml"
+        config.write_text("[perception]\nnet = 1\n")
+        with running("perception_worker", *self.arguments(addresses), "--config", config) as process:
+            assert "net" in last_error(process)
+        assert process.returncode == 2
+
+    def test_at_an_address_in_use_ends_by_naming_it(self, addresses):
+        with (
+            serving({Render: render}, addresses[0], role=Role.RENDER),
+            serving({Perceive: render}, addresses[1], role=Role.PERCEPTION),
+            running("perception_worker", *self.arguments(addresses)) as process,
+        ):
+            assert addresses[1] in last_error(process)
+        assert process.returncode == 2
