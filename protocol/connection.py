@@ -2,7 +2,7 @@
 
     Connecting ──connected──▶ Greeting ──Welcome──▶ Open
         ▲                        └──Failure, another version or role──▶ Refused
-        └───────────────disconnected (from any of them)────────────────┘
+        └──── a moment later ──── Broken ◀──disconnected, or another incarnation (from any of them)
 
 Belongs to the client's I/O thread; nothing here waits.
 """
@@ -12,15 +12,13 @@ from collections.abc import Callable, Iterator
 from enum import Enum, auto
 from typing import Any, NamedTuple
 
-import zmq
-from zmq.utils.monitor import recv_monitor_message
-
 from protocol.call import Call
 from protocol.codec import Envelope, decode, decode_header, encode, open_envelope, seal
 from protocol.errors import MalformedMessage, ProtocolError, VantageError, VersionMismatch, WrongRole
 from protocol.failure import error_of
 from protocol.header import ReplyHeader, RequestHeader
 from protocol.limits import Limits
+from protocol.line import Line, LineEvent
 from protocol.message import Reply, Request
 from protocol.messages import (
     OLDEST_PROTOCOL_VERSION,
@@ -33,11 +31,11 @@ from protocol.messages import (
     State,
     Welcome,
 )
-from protocol.sockets import Context, connect_dealer, received, send
+from protocol.sockets import Context, Socket, received, send
 from protocol.timeouts import Timeouts
 
-_WATCHED = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_DISCONNECTED
-_AGAIN = 0.001
+_SHORTEST_LIFE = 0.05
+"""Seconds between two tries to open a connection that breaks at once, again and again."""
 
 
 class Phase(Enum):
@@ -47,6 +45,7 @@ class Phase(Enum):
     GREETING = auto()
     OPEN = auto()
     REFUSED = auto()
+    BROKEN = auto()
 
 
 class Answer(NamedTuple):
@@ -83,7 +82,6 @@ class Connection:
     ) -> None:
         self.address = address
         self.name = f"{serves or 'worker'} at {address}"
-        self.socket, self.monitor = connect_dealer(context, address, timeouts, limits, _WATCHED)
         self.outstanding: dict[int, Call] = {}
         self.phase = Phase.CONNECTING
         self.health: Pong | None = None
@@ -95,29 +93,37 @@ class Connection:
         self._serves = serves
         self._timeouts = timeouts
         self._limits = limits
+        self._context = context
         self._clock = clock
+        self._line = Line(context, address, timeouts, limits)
+        self._opened = clock()
         self._ids = itertools.count(1)
         self._asked: set[int] = set()
         self._lost: list[Call] = []
         self._greeting: Reply | ProtocolError | None = None
+        self._incarnation = ""
         self._due = 0.0
 
-    def send(self, call: Call) -> bool:
-        """Send a call to the worker, which holds it from then on; False where it could not be sent."""
+    @property
+    def sockets(self) -> tuple[Socket, ...]:
+        """What to wait on for `receive`."""
+        return () if self.phase is Phase.BROKEN else self._line.sockets
+
+    def send(self, call: Call) -> None:
+        """Send a call to the worker, which holds it from then on."""
         number = next(self._ids)
-        header = RequestHeader(number, self._hello.incarnation, max(0.0, call.deadline - self._clock()))
-        if not send(self.socket, seal(call.payload, header)):
-            return False
         self.used = self._clock()
+        header = RequestHeader(number, self._hello.incarnation, max(0.0, call.deadline - self.used))
+        send(self._line.socket, seal(call.payload, header))
         if not self.outstanding:
             self._due = self.used + self._heartbeat
         self.outstanding[number] = call
         call.tries += 1
-        return True
 
     def receive(self) -> Iterator[Answer]:
-        """What came from the worker for the calls that it holds."""
-        for parts in received(self.socket, self._limits):
+        """What came from the worker for the calls that it holds; then, whether the connection was made or broken."""
+        # Replies first: what a worker said before it was lost still counts.
+        for parts in received(self._line.socket, self._limits):
             try:
                 envelope = open_envelope(parts, self._limits)
                 header = decode_header(envelope.header, ReplyHeader)
@@ -127,15 +133,11 @@ class Connection:
             self.heard = self._clock()
             if (answer := self._sort(envelope, header)) is not None:
                 yield answer
-            self._compare(header.incarnation)
-
-    def watch(self) -> None:
-        """Take note of connections made and broken."""
-        while self.monitor.poll(0):
-            event = recv_monitor_message(self.monitor)["event"]
-            self._lose_all()
-            if event == zmq.EVENT_HANDSHAKE_SUCCEEDED:
-                self._greet()
+            if self.phase is Phase.OPEN and header.incarnation != self._incarnation:
+                # Replaced without a broken connection, as behind a proxy.
+                self._break()
+                return
+        self._watch()
 
     @property
     def refusal(self) -> VantageError | None:
@@ -155,11 +157,11 @@ class Connection:
                 return
 
     def tend(self) -> None:
-        """Send what is due: a ping while the worker holds calls or starts, a Hello that did not go out."""
-        if self._clock() < self._due or not self._is_watched:
+        """Do what is due: open a broken connection again, ping a worker that holds calls or starts."""
+        if self.due is None or self._clock() < self.due:
             return
-        if self.phase is Phase.GREETING:
-            self._greet()
+        if self.phase is Phase.BROKEN:
+            self._open()
         else:
             self._ask(Ping())
             self._due = self._clock() + self._heartbeat
@@ -167,7 +169,7 @@ class Connection:
     @property
     def due(self) -> float | None:
         """When `tend` has something to do next."""
-        return self._due if self._is_watched else None
+        return self._due if self.phase is Phase.BROKEN or self._wants_pings else None
 
     @property
     def state(self) -> State:
@@ -176,14 +178,10 @@ class Connection:
 
     def close(self) -> None:
         """Drop the connection and all that is under way on it."""
-        self.socket.disable_monitor()
-        self.monitor.close()
-        self.socket.close()
+        self._line.close()
 
     @property
-    def _is_watched(self) -> bool:
-        if self.phase is Phase.GREETING:
-            return not self._asked
+    def _wants_pings(self) -> bool:
         return self.phase is Phase.OPEN and (
             bool(self.outstanding) or self.health is None or self.health.state is State.STARTING
         )
@@ -194,18 +192,36 @@ class Connection:
         wished = self._greeting.heartbeat if isinstance(self._greeting, Welcome) else 0.0
         return max(self._timeouts.heartbeat, wished)
 
-    def _greet(self) -> None:
-        self.phase = Phase.GREETING
-        # Until the socket has looked at its events it does not know its new connection.
-        self.socket.get(zmq.EVENTS)
-        self._ask(self._hello)
-        self._due = self._clock() + _AGAIN
+    def _watch(self) -> None:
+        for event in self._line.events():
+            if event is LineEvent.BROKEN and self.phase is not Phase.CONNECTING:
+                self._break()
+                return
+            if event is LineEvent.MADE:
+                self.phase = Phase.GREETING
+                self._ask(self._hello)
+
+    def _break(self) -> None:
+        """Drop the connection; the calls that the worker held are lost."""
+        self._line.close()
+        self._lost.extend(self.outstanding.values())
+        self.outstanding.clear()
+        self._asked.clear()
+        self._greeting = None
+        self.health = None
+        self.phase = Phase.BROKEN
+        self._due = max(self._clock(), self._opened + _SHORTEST_LIFE)
+
+    def _open(self) -> None:
+        self._line = Line(self._context, self.address, self._timeouts, self._limits)
+        self._opened = self._clock()
+        self.phase = Phase.CONNECTING
 
     def _ask(self, request: Request[Any]) -> None:
         number = next(self._ids)
         header = RequestHeader(number, self._hello.incarnation, self._timeouts.call)
-        if send(self.socket, seal(encode(request, self._limits), header)):
-            self._asked.add(number)
+        send(self._line.socket, seal(encode(request, self._limits), header))
+        self._asked.add(number)
 
     def _sort(self, envelope: Envelope, header: ReplyHeader) -> Answer | None:
         call = self.outstanding.pop(header.request, None)
@@ -216,7 +232,10 @@ class Connection:
         if call is not None:
             return Answer(call, reply, header)
         self._asked.discard(header.request)
-        self._take_own(reply)
+        if isinstance(reply, Pong):
+            self.health = reply
+        elif self.phase is Phase.GREETING:
+            self._settle(reply, header.incarnation)
         return None
 
     def _decode(self, envelope: Envelope) -> Reply | ProtocolError:
@@ -228,15 +247,10 @@ class Connection:
             return message
         return MalformedMessage(f"{self.name} sent a {type(message).__name__}, which is no reply")
 
-    def _take_own(self, reply: Reply | ProtocolError) -> None:
-        if isinstance(reply, Pong):
-            self.health = reply
-        elif self.phase is Phase.GREETING:
-            self._settle(reply)
-
-    def _settle(self, reply: Reply | ProtocolError) -> None:
+    def _settle(self, reply: Reply | ProtocolError, incarnation: str) -> None:
         """End the handshake."""
         self._greeting = reply
+        self._incarnation = incarnation
         self.phase = Phase.OPEN if self.refusal is None else Phase.REFUSED
         self._due = self._clock()
 
@@ -257,17 +271,3 @@ class Connection:
                 f"the worker at {self.address} serves {reply.role}, not {self._serves}; check the addresses"
             )
         return None
-
-    def _compare(self, incarnation: str) -> None:
-        """Notice a worker that was replaced without this connection being broken, as behind a proxy."""
-        if isinstance(self._greeting, Welcome) and incarnation != self._greeting.incarnation:
-            self._lose_all()
-            self._greet()
-
-    def _lose_all(self) -> None:
-        self._lost.extend(self.outstanding.values())
-        self.outstanding.clear()
-        self._asked.clear()
-        self._greeting = None
-        self.health = None
-        self.phase = Phase.CONNECTING

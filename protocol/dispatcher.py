@@ -10,6 +10,7 @@ import logging
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import zmq
 from msgspec import Struct
@@ -27,7 +28,6 @@ from protocol.timeouts import Timeouts
 _log = logging.getLogger(__name__)
 
 _PREFERENCE = {State.READY: 0, State.BUSY: 0, State.STARTING: 1, State.DRAINING: 2}
-_AGAIN = 0.01
 
 
 class Statistics(Struct, frozen=True, kw_only=True):
@@ -56,7 +56,6 @@ class Dispatcher:
         self._timeouts = timeouts
         self._clock = clock
         self._mailbox: Mailbox[Call | None] = Mailbox()
-        self._poller = zmq.Poller()
         self._calls: dict[int, Call] = {}
         self._waiting: deque[Call] = deque()
         self._timers: list[tuple[float, int, Callable[[Call], None], int]] = []
@@ -99,7 +98,6 @@ class Dispatcher:
     def _run(self) -> None:
         over = ClientClosed("the client is closed")
         try:
-            self._register()
             while not self._closing:
                 self._turn()
         except Exception as error:
@@ -109,34 +107,32 @@ class Dispatcher:
         finally:
             self._end(over)
 
-    def _register(self) -> None:
-        self._poller.register(self._mailbox.fileno(), zmq.POLLIN)
-        for connection in self._connections:
-            self._poller.register(connection.socket, zmq.POLLIN)
-            self._poller.register(connection.monitor, zmq.POLLIN)
-
     def _turn(self) -> None:
-        ready = dict(self._poller.poll(self._patience()))
+        ready = self._wait()
         if self._mailbox.fileno() in ready:
             self._admit()
         for connection in self._connections:
-            # What a worker said before it was lost still counts, so replies come before events.
-            if connection.socket in ready:
+            if not ready.keys().isdisjoint(connection.sockets):
                 for answer in connection.receive():
                     self._settle(connection, answer)
-            if connection.monitor in ready:
-                connection.watch()
             for call in connection.take_lost():
                 self._lose(call)
             connection.tend()
         self._run_timers()
         self._send_waiting()
 
+    def _wait(self) -> dict[Any, int]:
+        poller = zmq.Poller()
+        poller.register(self._mailbox.fileno(), zmq.POLLIN)
+        for connection in self._connections:
+            for socket in connection.sockets:
+                poller.register(socket, zmq.POLLIN)
+        return dict(poller.poll(self._patience()))
+
     def _patience(self) -> int | None:
+        """Milliseconds until something is due."""
         due = [connection.due for connection in self._connections]
         due.append(self._timers[0][0] if self._timers else None)
-        if self._waiting and any(connection.phase is Phase.OPEN for connection in self._connections):
-            due.append(self._clock() + _AGAIN)
         known = [when for when in due if when is not None]
         return poll_timeout(min(known) - self._clock()) if known else None
 
@@ -153,10 +149,10 @@ class Dispatcher:
     def _dispatch(self, call: Call) -> None:
         eligible = self._eligible(call)
         usable = [connection for connection in eligible if connection.phase is Phase.OPEN]
-        for connection in sorted(usable, key=lambda one: _reluctance(one, call)):
-            if connection.send(call):
-                self._retries += call.tries > 1
-                return
+        if usable:
+            min(usable, key=lambda one: _reluctance(one, call)).send(call)
+            self._retries += call.tries > 1
+            return
         refusals = [connection.refusal for connection in eligible]
         if refusals[0] is not None and None not in refusals:
             self._remove(call)
@@ -221,12 +217,12 @@ class Dispatcher:
 
     def _end(self, over: CallFailed) -> None:
         self._over = over
-        for connection in self._connections:
-            connection.close()
         for call in self._calls.values():
             call.fail(ClientClosed(f"{over} before {call.request} was answered"), self._clock())
         self._calls.clear()
         self._fail_unread()
+        for connection in self._connections:
+            connection.close()
 
     def _fail_unread(self) -> None:
         for call in self._mailbox.take():

@@ -29,7 +29,7 @@ _LONGEST_RECONNECT_MS = 500
 def connect_dealer(
     context: Context, address: str, timeouts: Timeouts, limits: Limits, watched: int
 ) -> tuple[Socket, Socket]:
-    """A client's socket, which connects again and again for as long as it is open, and a monitor of its events.
+    """A client's socket, which tries to connect for as long as it is open, and a monitor of its events.
 
     Args:
         watched: the events that the monitor is to tell.
@@ -39,8 +39,8 @@ def connect_dealer(
     """
     check_address(address)
     dealer = _open(context, zmq.DEALER, timeouts, limits)
-    # What a broken connection did not deliver is lost at once; the client sends it again, and knows that it did.
-    dealer.set(zmq.IMMEDIATE, 1)
+    # With IMMEDIATE the last replies of a worker that ends would be thrown away with its connection.
+    dealer.set(zmq.IMMEDIATE, 0)
     dealer.set(zmq.SNDHWM, 0)
     dealer.set(zmq.RECONNECT_IVL, _RECONNECT_MS)
     dealer.set(zmq.RECONNECT_IVL_MAX, _LONGEST_RECONNECT_MS)
