@@ -1,0 +1,149 @@
+"""How many of the joints that a camera sees the pose network finds on our renders.
+
+    python -m benchmarks.detection --frames 200
+
+Test identities, 1.5 to 4 m away, the front half. A visible joint is found when its keypoint lies within 5% of the
+body's height in pixels, for which the true nose's height above the ground stands: stricter than the whole body's.
+"""
+
+import argparse
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec import Struct
+from rich.console import Console
+
+from benchmarks.machine import machine_kind
+from benchmarks.viewpoints import front_views, observe_requests
+from orchestrator.live_display import open_display
+from orchestrator.stop_request import stop_on_signals
+from orchestrator.worker_pair import worker_pair
+from protocol.arrays import BoolArray, Float64Array
+from protocol.camera import project
+from protocol.config import PerceptionConfig, RunConfig
+from protocol.errors import InvalidInput
+from protocol.messages import Observe
+from protocol.observation import Observation
+from protocol.skeleton import Joint
+
+TOLERANCE = 0.05
+"""Of the body's height in pixels."""
+
+_PAIRS = [(joint, Joint[joint.name.replace("RIGHT", "LEFT")]) for joint in Joint if joint.name.startswith("RIGHT")]
+
+
+class Finding(Struct, frozen=True, eq=False):
+    """One frame against its truth, a value for each of the 18 joints.
+
+    Attributes:
+        visible: whether the camera sees it.
+        found: whether its keypoint is where it is.
+        swapped: whether its keypoint is nearer to its mirror joint, in a frame where both were detected.
+        quality: in [0, 1].
+    """
+
+    visible: BoolArray
+    found: BoolArray
+    swapped: BoolArray
+    quality: Float64Array
+
+
+class Detection(Struct, frozen=True):
+    """Shares over all frames."""
+
+    frames: int
+    found_of_visible: float
+    detected_of_visible: float
+    swapped_of_visible: float
+    quality_of_visible: float
+    quality_of_hidden: float
+
+
+def finding(request: Observe, observation: Observation) -> Finding:
+    """Compare an observation with the truth that came with it.
+
+    Raises:
+        InvalidInput: no truth came.
+    """
+    if observation.joints is None or observation.visible is None:
+        raise InvalidInput("the observation has no truth to compare it with")
+    truth = project(observation.joints, request.camera)
+    nose = observation.joints[Joint.NOSE]
+    body_height = request.camera.intrinsics.fy * nose[2] / truth[Joint.NOSE, 2]
+    miss = np.linalg.norm(observation.keypoints - truth[:, :2], axis=1)
+    return Finding(
+        visible=observation.visible,
+        found=miss <= TOLERANCE * body_height,
+        swapped=_swapped(observation.keypoints, truth[:, :2]),
+        quality=observation.quality,
+    )
+
+
+def _swapped(keypoints: Float64Array, truth: Float64Array) -> BoolArray:
+    mirrored = truth.copy()
+    for right, left in _PAIRS:
+        mirrored[[right, left]] = truth[[left, right]]
+    nearer_to_mirror = np.linalg.norm(keypoints - mirrored, axis=1) < np.linalg.norm(keypoints - truth, axis=1)
+    both = np.zeros(len(keypoints), dtype=bool)
+    for right, left in _PAIRS:
+        both[[right, left]] = bool(np.isfinite(keypoints[[right, left]]).all())
+    return nearer_to_mirror & both
+
+
+def detection(findings: Sequence[Finding]) -> Detection:
+    """The shares over all frames."""
+    visible, found, swapped = (
+        np.stack([getattr(one, name) for one in findings]) for name in ("visible", "found", "swapped")
+    )
+    quality = np.stack([one.quality for one in findings])
+    return Detection(
+        frames=len(findings),
+        found_of_visible=float(found[visible].mean()),
+        detected_of_visible=float((quality[visible] > 0).mean()),
+        swapped_of_visible=float(swapped[visible].mean()),
+        quality_of_visible=float(quality[visible].mean()),
+        quality_of_hidden=float(quality[~visible].mean()),
+    )
+
+
+def per_joint(findings: Sequence[Finding]) -> dict[Joint, float]:
+    """Share found of each joint, where it was visible."""
+    visible = np.stack([one.visible for one in findings])
+    found = np.stack([one.found for one in findings])
+    return {joint: float(found[visible[:, joint], joint].mean()) for joint in Joint if visible[:, joint].any()}
+
+
+def measure(frames: int, config: RunConfig, console: Console) -> list[Finding]:
+    """Render, perceive and compare."""
+    with (
+        stop_on_signals() as stop,
+        open_display(console) as display,
+        worker_pair(config, display=display, stop=stop) as pair,
+    ):
+        requests = list(observe_requests(pair, front_views(seed=0), frames, config.environment))
+        return [
+            finding(request, answer) for request, answer in zip(requests, pair.perceiver.map(requests), strict=True)
+        ]
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.detection", description=__doc__)
+    parser.add_argument("--frames", type=int, default=200)
+    parser.add_argument("--crop", choices=["none", "person"], default="none")
+    options = parser.parse_args()
+    config = RunConfig(perception=PerceptionConfig(crop=options.crop))
+    findings = measure(options.frames, config, Console(stderr=True))
+    found = detection(findings)
+    console = Console()
+    console.print(f"machine: {machine_kind()}")
+    console.print(f"{found.frames} frames of test identities, 1.5 to 4 m away, front half, crop: {options.crop}")
+    console.print(f"visible joints found within 5% of the body's height: {found.found_of_visible:.1%}")
+    console.print(f"visible joints detected anywhere: {found.detected_of_visible:.1%}")
+    console.print(f"visible joints taken for their mirror joint: {found.swapped_of_visible:.1%}")
+    console.print(f"mean quality: visible {found.quality_of_visible:.2f}, hidden {found.quality_of_hidden:.2f}")
+    console.print(", ".join(f"{joint.name.lower()} {share:.0%}" for joint, share in per_joint(findings).items()))
+
+
+if __name__ == "__main__":
+    main()

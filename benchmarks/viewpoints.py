@@ -1,0 +1,33 @@
+"""Cameras around test scenes, drawn from a seed."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from orchestrator.view import Viewpoint, camera_at
+from orchestrator.worker_pair import WorkerPair
+from protocol.config import EnvironmentConfig
+from protocol.messages import Observe, SampleScene
+from protocol.observation import FilterState
+from protocol.scene import Split
+
+
+def front_views(seed: int) -> Iterator[Viewpoint]:
+    """Views of the front half of a person, 1.5 to 4 m away and 1 to 2.5 m high."""
+    rng = np.random.default_rng(seed)
+    while True:
+        yield Viewpoint(distance=rng.uniform(1.5, 4.0), angle=rng.uniform(-90.0, 90.0), altitude=rng.uniform(1.0, 2.5))
+
+
+def observe_requests(
+    pair: WorkerPair, viewpoints: Iterator[Viewpoint], count: int, environment: EnvironmentConfig, split: Split = "test"
+) -> Iterator[Observe]:
+    """One request for each of `count` scenes, seen from the next viewpoint, with the truth asked for."""
+    for seed, viewpoint in zip(range(count), viewpoints, strict=False):
+        scene = pair.renderer.call(SampleScene(seed=seed, split=split)).scene
+        yield Observe(
+            scene=scene,
+            camera=camera_at(viewpoint, scene, environment),
+            filter=FilterState.initial((*scene.position, environment.target_height)),
+            truth=True,
+        )
