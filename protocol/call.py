@@ -1,6 +1,6 @@
 """One call on its way: what is sent, who waits for it, and how often it was tried."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from protocol.codec import Payload
@@ -29,8 +29,8 @@ class Call:
     reply: type[Reply]
     submitted: float
     timeout: float
+    pending: Pending[Any]
     target: str | None = None
-    pending: Pending[Any] = field(default_factory=Pending[Any])
     number: int = 0
     tries: int = 0
     losses: int = 0

@@ -13,6 +13,7 @@ from protocol.call import Call
 from protocol.catalogue import reply_type
 from protocol.codec import encode
 from protocol.connection import Connection
+from protocol.deadline import remaining
 from protocol.dispatcher import Dispatcher, Statistics
 from protocol.errors import DeadlineExceeded, InvalidInput
 from protocol.incarnation import new_incarnation
@@ -69,7 +70,8 @@ class Caller:
 
         Args:
             request: what is asked. Its arrays are not copied: leave them as they are until the call is over.
-            deadline: seconds from now, `timeouts.call` where none is given.
+            deadline: seconds from now, `timeouts.call` where none is given; inside a handler, never more than is left
+                of the request that it answers.
 
         Raises:
             DeadlineExceeded, WorkerLost, Rejected, ClientClosed: see `protocol.errors`.
@@ -136,7 +138,7 @@ class Caller:
             payload=encode(request, self._limits),
             reply=reply_type(type(request)),
             submitted=self._clock(),
-            timeout=timeout,
+            timeout=remaining(timeout),
             target=target,
             pending=pending,
         )

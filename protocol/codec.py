@@ -71,12 +71,15 @@ def encode(message: Message, limits: Limits) -> Payload:
         arrays.append(part)
         return ArrayDescription(dtype=name, shape=array.shape, index=len(arrays) - 1)
 
+    number = MESSAGE_NUMBERS.get(type(message))
+    if number is None:
+        raise InvalidInput(f"a {type(message).__name__} is no message")
     try:
         body = msgspec.msgpack.encode(message, enc_hook=describe)
     except (msgspec.MsgspecError, OverflowError, UnicodeEncodeError) as error:
         raise InvalidInput(f"{type(message).__name__} can't be sent: {error}") from error
     _require_caps(body, arrays, limits)
-    return Payload(number=MESSAGE_NUMBERS[type(message)], body=body, arrays=tuple(arrays))
+    return Payload(number=number, body=body, arrays=tuple(arrays))
 
 
 def seal(payload: Payload, header: RequestHeader | ReplyHeader, version: int = PROTOCOL_VERSION) -> list[Part]:

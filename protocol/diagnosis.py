@@ -38,7 +38,8 @@ def _hint(connections: Sequence[Connection], now: float) -> str:
     greeted = [one for one in connected if one.phase is not Phase.GREETING]
     if not greeted:
         return "it took the connection and never said Welcome; is it a Vantage worker?"
-    return _health(greeted[0], now)
+    refused = [str(one.refusal) for one in greeted if one.refusal is not None]
+    return refused[0] if len(refused) == len(greeted) else _health(greeted[0], now)
 
 
 def _health(connection: Connection, now: float) -> str:

@@ -4,6 +4,7 @@ A call waits here until a worker can take it, goes to the one with the fewest ca
 is lost or refuses it for the moment, and goes out again, until it is answered or its deadline has come.
 """
 
+import contextlib
 import heapq
 import itertools
 import logging
@@ -161,10 +162,9 @@ class Dispatcher:
             self._waiting.append(call)
 
     def _send_waiting(self) -> None:
-        for _ in range(len(self._waiting)):
-            call = self._waiting.popleft()
-            if call.number in self._calls:
-                self._dispatch(call)
+        if any(connection.phase in (Phase.OPEN, Phase.REFUSED) for connection in self._connections):
+            for _ in range(len(self._waiting)):
+                self._dispatch(self._waiting.popleft())
 
     def _settle(self, connection: Connection, answer: Answer) -> None:
         call, reply, header = answer
@@ -196,6 +196,8 @@ class Dispatcher:
     def _expire(self, call: Call) -> None:
         self._remove(call)
         call.fail(expiry(call, self._eligible(call), self._clock()), self._clock())
+        with contextlib.suppress(ValueError):
+            self._waiting.remove(call)
         for connection in self._connections:
             connection.forget(call)
 

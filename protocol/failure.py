@@ -5,6 +5,8 @@ import re
 from protocol.errors import CallFailed, Rejected, VantageError, VersionMismatch
 from protocol.messages import Failure
 
+_LONGEST_MESSAGE = 2000
+
 VERSION_MISMATCH = "version-mismatch"
 
 
@@ -15,12 +17,13 @@ def code_of(kind: type[Exception]) -> str:
 
 def failure_of(error: Exception) -> Failure:
     """What a worker answers when a handler raises."""
+    message = str(error)[:_LONGEST_MESSAGE]
     if isinstance(error, Rejected):
-        return Failure(code=error.code, message=str(error), retryable=error.retryable)
+        return Failure(code=error.code, message=message, retryable=error.retryable)
     if isinstance(error, VantageError):
         # A worker behind this one was lost or late; it may be back at the next try.
-        return Failure(code=code_of(type(error)), message=str(error), retryable=isinstance(error, CallFailed))
-    return Failure(code="internal", message=f"{type(error).__name__}: {error}")
+        return Failure(code=code_of(type(error)), message=message, retryable=isinstance(error, CallFailed))
+    return internal(f"{type(error).__name__}: {message}")
 
 
 def error_of(failure: Failure, worker: str, request: str) -> VantageError:
@@ -32,6 +35,11 @@ def error_of(failure: Failure, worker: str, request: str) -> VantageError:
         code=failure.code,
         retryable=failure.retryable,
     )
+
+
+def internal(message: str) -> Failure:
+    """A worker's own fault."""
+    return Failure(code="internal", message=message)
 
 
 def draining() -> Failure:

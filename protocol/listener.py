@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any
 
 import psutil
@@ -101,6 +101,7 @@ class Listener:
         self._malformed = 0
         self._drainers: list[tuple[Part, int]] = []
         self._over = False
+        self._failure: Exception | None = None
         self._thread = threading.Thread(target=self._run, name=f"{role}-listener", daemon=True)
 
     def start(self) -> None:
@@ -116,12 +117,18 @@ class Listener:
         self._mailbox.put(State.DRAINING)
 
     def stop(self) -> None:
-        """End now; what is in hand is refused."""
+        """End now; what waits is refused.
+
+        Raises:
+            Exception: what ended this thread before, if that was an error.
+        """
         self._mailbox.put(None)
         self._thread.join()
         self._mailbox.close()
+        if self._failure is not None:
+            raise self._failure
 
-    def answer(self, job: Job, reply: Reply, compute: float, queue: float) -> None:
+    def answer(self, job: Job, reply: Reply, *, queue: float, compute: float) -> None:
         """Send a job's reply. Called by the handlers' threads, which also encode it.
 
         Raises:
@@ -143,8 +150,9 @@ class Listener:
                     for parts in received(self._socket, self._limits):
                         self._take(parts)
                 self._end_if_drained()
-        except Exception:
+        except Exception as error:
             _log.exception("the listener has failed")
+            self._failure = error
         finally:
             self._end()
 
@@ -225,7 +233,7 @@ class Listener:
 
     def _deliver(self, sender: Part, parts: list[Part]) -> None:
         if not send(self._socket, [sender, *parts]):
-            _log.info("a reply was dropped: its client is gone or takes nothing")
+            _log.debug("a reply was dropped: its client is gone or takes nothing")
 
     def _count_malformed(self, error: ProtocolError) -> None:
         self._malformed += 1
@@ -240,6 +248,9 @@ class Listener:
             self._over = True
 
     def _end(self) -> None:
+        with contextlib.suppress(Empty):
+            while (job := self.jobs.get_nowait()) is not None:
+                self._reply(job.sender, job.number, draining())
         for _ in range(self._handlers):
             self.jobs.put(None)
         # The last replies are on their way; all else on this socket was delivered or is not wanted.

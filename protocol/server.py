@@ -13,15 +13,15 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any, TypeAlias
 
-import zmq
-
+from protocol.catalogue import reply_type
+from protocol.deadline import deadline
 from protocol.errors import InvalidInput, VantageError
-from protocol.failure import failure_of
+from protocol.failure import failure_of, internal
 from protocol.limits import DEFAULT_LIMITS, Limits
 from protocol.listener import Job, Listener
 from protocol.message import Reply, Request
 from protocol.messages import Failure, Role
-from protocol.sockets import Context, bind_router
+from protocol.sockets import Context, bind_router, open_context
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 
 Handlers: TypeAlias = Mapping[type[Request[Any]], Callable[[Any], Reply]]
@@ -57,10 +57,9 @@ def serve(
     """
     if concurrency < 1:
         raise InvalidInput(f"a worker has one handler thread or more, not {concurrency}")
-    owned: Context | None = zmq.Context() if context is None else None
-    try:
+    with open_context(context) as opened:
         listener = Listener(
-            bind_router(context or owned or zmq.Context(), bind, timeouts, limits),
+            bind_router(opened, bind, timeouts, limits),
             role=role,
             capabilities=capabilities or {},
             handlers=concurrency,
@@ -70,17 +69,14 @@ def serve(
         _log.info("%s listens at %s", role, bind, extra={"incarnation": listener.incarnation})
         _run(listener, start, concurrency)
         _log.info("%s at %s has ended", role, bind)
-    finally:
-        if owned is not None:
-            owned.term()
 
 
 def _run(listener: Listener, start: Callable[[], Handlers], concurrency: int) -> None:
     listener.start()
     try:
-        with _interruption_by_signal():
-            handlers = start()
         with _drain_by_signal(listener):
+            with _interruption_by_signal():
+                handlers = start()
             listener.ready()
             _handle_all(listener, handlers, concurrency)
     except _StartInterrupted:
@@ -105,13 +101,12 @@ def _handle_jobs(listener: Listener, handlers: Handlers) -> None:
     while (job := listener.jobs.get()) is not None:
         begun = listener.clock()
         reply = _reply_to(job, handlers, begun)
-        ended = listener.clock()
-        queue, compute = begun - job.arrived, ended - begun
+        queue, compute = begun - job.arrived, listener.clock() - begun
         try:
-            listener.answer(job, reply, compute, queue)
+            listener.answer(job, reply, queue=queue, compute=compute)
         except VantageError as error:
             _log.exception("the reply to %s can't be sent", type(job.request).__name__)
-            listener.answer(job, failure_of(error), compute, queue)
+            listener.answer(job, internal(f"the reply can't be sent: {error}"), queue=queue, compute=compute)
 
 
 def _reply_to(job: Job, handlers: Handlers, now: float) -> Reply:
@@ -122,12 +117,17 @@ def _reply_to(job: Job, handlers: Handlers, now: float) -> Reply:
     if now >= job.expires:
         return Failure(code="deadline-exceeded", message=f"{name} waited in the queue until its deadline")
     try:
-        reply = handler(job.request)
+        with deadline(job.expires):
+            reply = handler(job.request)
     except VantageError as error:
         return failure_of(error)
     except Exception as error:
         _log.exception("the handler of %s has failed", name)
         return failure_of(error)
+    wanted = reply_type(type(job.request))
+    if not isinstance(reply, wanted):
+        _log.error("the handler of %s returned a %s, not a %s", name, type(reply).__name__, wanted.__name__)
+        return internal(f"the handler of {name} returned something else than a {wanted.__name__}")
     return reply
 
 
@@ -142,8 +142,13 @@ def _interruption_by_signal() -> Generator[None]:
 
 @contextmanager
 def _drain_by_signal(listener: Listener) -> Generator[None]:
+    seen: list[int] = []
+
     def drain(number: int, frame: FrameType | None) -> None:
-        _log.info("draining on signal %d", number)
+        # Whoever presses Ctrl-C again does not want to wait for a handler that hangs.
+        if number == signal.SIGINT and number in seen:
+            raise KeyboardInterrupt
+        seen.append(number)
         listener.drain()
 
     with _signals_to(drain):

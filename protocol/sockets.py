@@ -5,7 +5,8 @@ to deliver something.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TypeAlias
 
 import zmq
@@ -22,8 +23,24 @@ Socket: TypeAlias = zmq.Socket[bytes]
 BORROWED_FROM = 64 * KIB
 """Parts of this many bytes are sent and received without a copy; below, a copy is cheaper than the bookkeeping."""
 
+_REPLIES_WAITING = 1024
+"""Replies kept for a client that does not take them; the next ones are dropped."""
+
 _RECONNECT_MS = 50
 _LONGEST_RECONNECT_MS = 500
+
+
+@contextmanager
+def open_context(given: Context | None) -> Generator[Context]:
+    """The context that was given, or one that ends here."""
+    if given is not None:
+        yield given
+        return
+    own: Context = zmq.Context()
+    try:
+        yield own
+    finally:
+        own.term()
 
 
 def connect_dealer(
@@ -38,7 +55,7 @@ def connect_dealer(
         AddressUnavailable: `address` is no address.
     """
     check_address(address)
-    dealer = _open(context, zmq.DEALER, timeouts, limits)
+    dealer = _open(context, zmq.DEALER, address, timeouts, limits)
     # With IMMEDIATE the last replies of a worker that ends would be thrown away with its connection.
     dealer.set(zmq.IMMEDIATE, 0)
     dealer.set(zmq.SNDHWM, 0)
@@ -64,9 +81,9 @@ def bind_router(context: Context, address: str, timeouts: Timeouts, limits: Limi
     """
     check_address(address)
     clear_stale_socket(address)
-    router = _open(context, zmq.ROUTER, timeouts, limits)
+    router = _open(context, zmq.ROUTER, address, timeouts, limits)
     router.set(zmq.ROUTER_MANDATORY, 1)
-    router.set(zmq.SNDHWM, limits.queue)
+    router.set(zmq.SNDHWM, _REPLIES_WAITING)
     router.set(zmq.RCVHWM, limits.queue)
     try:
         router.bind(address)
@@ -108,11 +125,12 @@ def poll_timeout(seconds: float) -> int:
     return max(0, math.ceil(seconds * 1000))
 
 
-def _open(context: Context, kind: int, timeouts: Timeouts, limits: Limits) -> Socket:
+def _open(context: Context, kind: int, address: str, timeouts: Timeouts, limits: Limits) -> Socket:
     socket = context.socket(kind)
     socket.set(zmq.LINGER, 0)
     socket.set(zmq.MAXMSGSIZE, limits.part_bytes)
-    socket.set(zmq.IPV6, 1)
+    # With IPv6 on, a host name stands for its IPv6 address alone, where a worker on the IPv4 one is not found.
+    socket.set(zmq.IPV6, int("[" in address))
     silence = math.ceil(timeouts.silence * 1000)
     socket.set(zmq.HEARTBEAT_IVL, max(1, silence // 4))
     socket.set(zmq.HEARTBEAT_TIMEOUT, silence)
