@@ -2,6 +2,7 @@
 
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from rich.text import Text
 from orchestrator.launch import module_command
 from orchestrator.socket_directory import socket_directory
 from orchestrator.versions import installed_version, requirements
+from orchestrator.worker_process import ending
 from protocol.artifact import cache_directory
 
 OLDEST_PYTHON = (3, 11)
@@ -26,6 +28,12 @@ LEAST_MEMORY = 2 * 2**30
 LEAST_DISK = 2**30
 LEAST_CORES = 2
 PROBE_PATIENCE = 120.0
+LOAD_BODIES = """
+from render_worker.assets import assets_path, load_assets
+load_assets(assets_path())
+print(f"{assets_path()} is there and whole")
+"""
+"""The render room has no command that only looks; a process of its own keeps its packages out of this one."""
 
 
 class Check(Struct, frozen=True, kw_only=True):
@@ -114,7 +122,8 @@ def check_packages(room: str, declared: Iterable[Requirement]) -> Check:
     """A room's packages are there, in versions that it can use."""
     wanted = [requirement for requirement in declared if belongs_to(requirement, room)]
     lacking = [str(requirement.name) + str(requirement.specifier) for requirement in wanted if not is_met(requirement)]
-    present = [f"{requirement.name} {installed_version(requirement.name)}" for requirement in wanted]
+    own = [requirement for requirement in wanted if requirement.marker is not None]
+    present = [f"{requirement.name} {installed_version(requirement.name)}" for requirement in own]
     install = f"pip install 'vantage[{room}]' (in a checkout: pip install -c constraints.txt -e '.[{room}]')"
     if not wanted:
         return Check(name=f"{room} packages", passed=False, found="Vantage itself is not installed", remedy=install)
@@ -149,7 +158,7 @@ def check_network() -> Check:
 
 def check_bodies() -> Check:
     """The bodies are in the cache and whole."""
-    return probe("bodies", module_command("render_worker.bake", "--check"), remedy="orchestrator bodies bake")
+    return probe("bodies", (sys.executable, "-P", "-c", LOAD_BODIES), remedy="orchestrator bodies bake")
 
 
 def probe(name: str, command: tuple[str, ...], remedy: str) -> Check:
@@ -160,11 +169,17 @@ def probe(name: str, command: tuple[str, ...], remedy: str) -> Check:
         return Check(name=name, passed=False, found=f"no answer within {PROBE_PATIENCE:g} s", remedy=remedy)
     except OSError as error:
         return Check(name=name, passed=False, found=str(error), remedy=remedy)
-    lines = [line.strip() for line in (done.stdout + done.stderr).splitlines() if line.strip()]
     passed = done.returncode == 0
-    # A process that a signal killed (a broken driver, say) has said nothing of it itself.
-    found = f"killed by signal {-done.returncode}" if done.returncode < 0 else lines[-1] if lines else "no word"
-    return Check(name=name, passed=passed, found=found, remedy="" if passed else remedy)
+    return Check(name=name, passed=passed, found=_said(done), remedy="" if passed else remedy)
+
+
+def _said(done: subprocess.CompletedProcess[str]) -> str:
+    if done.returncode < 0:
+        # A process that a signal killed (a broken driver, say) has said nothing of it itself.
+        return ending(done.returncode)
+    lines = [line.strip() for line in (done.stdout + done.stderr).splitlines() if line.strip()]
+    # A traceback ends with the error's type, which says nothing to people.
+    return re.sub(r"^(\w+\.)+\w+: ", "", lines[-1]) if lines else "no word"
 
 
 def checks_table(checks: Iterable[Check]) -> Table:

@@ -96,7 +96,7 @@ class Fleet:
     def stop(self) -> None:
         """End every process: the agents first, since they still need the workers to finish their step."""
         self.stop_agents()
-        self._end(self.workers, WORKER_PATIENCE)
+        self._end(self.processes, WORKER_PATIENCE)
 
     def stop_agents(self) -> None:
         """Have the agents write what they learned and end."""

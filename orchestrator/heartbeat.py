@@ -37,11 +37,22 @@ class Health(Struct, frozen=True, kw_only=True):
 
 
 class Heartbeat:
-    """Pings one process without ever waiting for it: each `beat` takes what has come and asks anew."""
+    """Pings one process without ever waiting for it: each `beat` takes what has come and asks anew.
 
-    def __init__(self, process: ProcessRecord, timeouts: Timeouts, clock: Callable[[], float] = time.monotonic) -> None:
+    Args:
+        unheard: the state of a process that never answered yet.
+    """
+
+    def __init__(
+        self,
+        process: ProcessRecord,
+        timeouts: Timeouts,
+        unheard: str = SILENT,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         self._process = process
         self._patience = 2 * timeouts.heartbeat
+        self._unheard = unheard
         self._clock = clock
         self._client = (
             Client(process.address, role=Role.ORCHESTRATOR, serves=process.role, timeouts=timeouts)
@@ -75,7 +86,9 @@ class Heartbeat:
         self._take_answer()
         if self._pending is None:
             self._pending = self._client.submit(Ping(), deadline=self._patience)
-        if self._pong is None or self._clock() - self._heard > 2 * self._patience:
+        if self._pong is None:
+            return self._health(self._unheard)
+        if self._clock() - self._heard > 2 * self._patience:
             return self._health(SILENT)
         return self._health(self._pong.state.value, self._pong)
 

@@ -102,7 +102,7 @@ def snapshot_line(snapshot: Snapshot) -> str:
     """The run in one line."""
     parts = [f"{duration(snapshot.elapsed)}  {snapshot.activity}"]
     if snapshot.progress is not None:
-        parts += [f"{text} {label}".strip() for label, text in figures(snapshot.progress)]
+        parts += figures(snapshot.progress)
     parts.append(", ".join(f"{worker.name} {worker.state}" for worker in snapshot.workers))
     return "  ".join(part for part in parts if part)
 
@@ -111,7 +111,7 @@ def snapshot_view(snapshot: Snapshot) -> RenderableType:
     """The run as a few lines for a terminal."""
     rows: list[RenderableType] = [Text.assemble((snapshot.activity, "bold"), f"  {duration(snapshot.elapsed)}")]
     if snapshot.progress is not None:
-        rows += [_bar(snapshot.progress), _figures(snapshot.progress)]
+        rows += [_bar(snapshot.progress), Text("   ".join(figures(snapshot.progress)))]
         if snapshot.progress.stages:
             rows.append(Text(stages_text(snapshot.progress.stages), style="dim"))
     if snapshot.workers:
@@ -121,14 +121,14 @@ def snapshot_view(snapshot: Snapshot) -> RenderableType:
     return Group(*rows)
 
 
-def figures(progress: Progress) -> Iterator[tuple[str, str]]:
-    """What matters of a progress, as label and value."""
-    yield "", f"{progress.phase} {progress.step}/{progress.steps}"
-    yield "steps/s", f"{progress.steps_per_second:.1f}"
+def figures(progress: Progress) -> Iterator[str]:
+    """What matters of a progress, each in a few words."""
+    yield f"{progress.phase} {progress.step}/{progress.steps}"
+    yield f"{progress.steps_per_second:.1f} steps/s"
     if progress.episode_return is not None:
-        yield "return", f"{progress.episode_return:.1f}"
+        yield f"return {progress.episode_return:.1f}"
     if progress.uncertainty is not None:
-        yield "uncertainty", f"{progress.uncertainty:.2f}"
+        yield f"uncertainty {progress.uncertainty:.2f}"
 
 
 def stages_text(stages: Mapping[Stage, float]) -> str:
@@ -165,9 +165,7 @@ def duration(seconds: float) -> str:
 def _bar(progress: Progress) -> RenderableType:
     bar = Table.grid(padding=(0, 2, 0, 0))
     bar.add_row(
-        Text(progress.phase),
         ProgressBar(total=max(progress.steps, 1), completed=progress.step, width=BAR_WIDTH),
-        Text(f"{progress.step}/{progress.steps} steps"),
         Text(_remaining(progress), style="dim"),
     )
     return bar
@@ -177,8 +175,3 @@ def _remaining(progress: Progress) -> str:
     if progress.steps_per_second <= 0 or progress.step >= progress.steps:
         return ""
     return f"{duration((progress.steps - progress.step) / progress.steps_per_second)} left"
-
-
-def _figures(progress: Progress) -> Text:
-    shown = [f"{label} {text}" for label, text in figures(progress) if label]
-    return Text("   ".join([*shown, f"episodes {progress.episodes}"]))

@@ -29,10 +29,21 @@ _SUBPIXEL_BITS = 4
 
 
 class DepthScale(Struct, frozen=True):
-    """The distances, in metres, that the first and the last colour stand for."""
+    """The distances, in metres, that the first and the last colour stand for.
+
+    Colours go by one over the distance, so that the person in front gets more of them than the wall far behind.
+    """
 
     near: float
     far: float
+
+    def share(self, distance: Float64Array) -> Float64Array:
+        """How near distances (…) are: 1 at `near`, 0 at `far`."""
+        return (1 / distance - 1 / self.far) / (1 / self.near - 1 / self.far)
+
+    def distance(self, share: Float64Array) -> Float64Array:
+        """The distances (…), in metres, of shares from 0 to 1."""
+        return 1 / (1 / self.far + share * (1 / self.near - 1 / self.far))
 
 
 class Window(Struct, frozen=True):
@@ -67,15 +78,15 @@ def measured(depth: Float32Array) -> BoolArray:
 
 
 def depth_scale(depth: Float32Array) -> DepthScale:
-    """A scale in whole metres for most of what a depth picture holds; a wall far behind doesn't wash out the rest."""
+    """From the nearest to almost the farthest that a depth picture (height, width) holds, in metres."""
     distances = depth[measured(depth)]
     if distances.size == 0:
-        return DepthScale(0.0, 1.0)
-    near = float(np.floor(distances.min()))
-    return DepthScale(near, float(max(np.ceil(np.percentile(distances, 95)), near + 1)))
+        return DepthScale(1.0, 2.0)
+    near = float(distances.min())
+    return DepthScale(near, max(float(np.percentile(distances, 95)), near + 0.1))
 
 
-def coloured(values: Float32Array, colour_map: int) -> UInt8Array:
+def coloured(values: Float32Array | Float64Array, colour_map: int) -> UInt8Array:
     """Values (…, …) from 0 to 1, clipped, by one of OpenCV's colour maps."""
     levels = np.round(np.clip(np.nan_to_num(values), 0.0, 1.0) * 255).astype(np.uint8)
     return cv2.cvtColor(cv2.applyColorMap(levels, colour_map), cv2.COLOR_BGR2RGB).astype(np.uint8)
@@ -84,8 +95,7 @@ def coloured(values: Float32Array, colour_map: int) -> UInt8Array:
 def depth_picture(depth: Float32Array, scale: DepthScale) -> UInt8Array:
     """Near is warm, far is cold, and what was not measured is grey."""
     known = measured(depth)
-    nearness = (scale.far - np.where(known, depth, scale.far)) / (scale.far - scale.near)
-    picture = coloured(nearness.astype(np.float32), cv2.COLORMAP_TURBO)
+    picture = coloured(scale.share(np.where(known, depth, scale.far).astype(float)), cv2.COLORMAP_TURBO)
     picture[~known] = UNKNOWN_COLOUR
     return picture
 
@@ -100,8 +110,7 @@ def heatmap_picture(rgb: UInt8Array, heatmaps: Float32Array) -> UInt8Array:
     highest = np.clip(heatmaps[: len(Joint)].max(axis=0), 0.0, 1.0)
     strength = cv2.resize(highest, (width, height), interpolation=cv2.INTER_LINEAR).astype(np.float32)
     grey = cv2.cvtColor(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), cv2.COLOR_GRAY2RGB) * 0.55
-    # The square root lets weak answers be seen beside strong ones.
-    share = np.sqrt(strength)[..., None]
+    share = strength[..., None]
     return np.round(grey * (1 - share) + coloured(strength, cv2.COLORMAP_INFERNO) * share).astype(np.uint8)
 
 
@@ -114,7 +123,7 @@ def enlarged(picture: UInt8Array, width: int) -> UInt8Array:
     return cv2.resize(picture, (width, height), interpolation=method).astype(np.uint8)
 
 
-def window_around(pixels: Float64Array, width: int, height: int, margin: float = 0.2) -> Window:
+def window_around(pixels: Float64Array, width: int, height: int, margin: float = 0.12) -> Window:
     """The part of a picture around pixels (n, 2), in the proportions of the whole; all of it where there are none.
 
     Args:
@@ -142,7 +151,7 @@ def magnified_pixels(pixels: Float64Array, window: Window, width: int) -> Float6
 
 
 def skeleton_picture(
-    picture: UInt8Array, keypoints: Float64Array, quality: Float64Array, marker: float = 8.0
+    picture: UInt8Array, keypoints: Float64Array, quality: Float64Array, marker: float = 9.0
 ) -> UInt8Array:
     """The picture with limbs coloured by side and joints by quality.
 
@@ -165,7 +174,7 @@ def skeleton_picture(
     return drawn
 
 
-def truth_picture(picture: UInt8Array, pixels: Float64Array, visible: BoolArray, arm: float = 4.0) -> UInt8Array:
+def truth_picture(picture: UInt8Array, pixels: Float64Array, visible: BoolArray, arm: float = 3.5) -> UInt8Array:
     """The picture with a small cross at each true joint: diagonal and white if it is in sight, else upright and grey.
 
     Args:
@@ -185,10 +194,10 @@ def true_pixels(joints: Float64Array, camera: Camera) -> Float64Array:
     return np.where(projected[:, 2:] > 0, projected[:, :2], np.nan)
 
 
-def cross(picture: UInt8Array, centre: Float64Array, *, visible: bool, arm: float = 4.0) -> None:
+def cross(picture: UInt8Array, centre: Float64Array, *, visible: bool, arm: float = 3.5) -> None:
     """Draw the cross of a true joint, with a dark edge, into `picture`."""
     stroke = np.array([arm, arm]) if visible else np.array([arm * np.sqrt(2), 0.0])
-    for colour, thickness in ((OUTLINE, 4), (TRUTH_COLOUR if visible else HIDDEN_COLOUR, 2)):
+    for colour, thickness in ((OUTLINE, 3), (TRUTH_COLOUR if visible else HIDDEN_COLOUR, 1)):
         for half in (stroke, np.array([-stroke[1], stroke[0]])):
             _line(picture, centre - half, centre + half, colour, thickness)
 

@@ -18,7 +18,7 @@ import msgspec
 import tomli_w
 from msgspec import Struct
 
-from orchestrator.errors import NoSuchRun, RunBusy, RunExists
+from orchestrator.errors import NoSuchRun, RunBusy, RunError, RunExists
 from orchestrator.json_lines import last_record
 from orchestrator.versions import Versions
 from protocol.artifact import whole_file
@@ -61,21 +61,18 @@ class RunDirectory(Struct, frozen=True):
 
         Raises:
             RunExists: something is at `path` already.
+            RunError: the system would not make it.
         """
         if path.exists():
             raise RunExists(f"{path} exists already, and a run is never overwritten; choose another with --run")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
         try:
-            (aside / "config.toml").write_bytes(resolved_toml(config))
-            (aside / "versions.json").write_bytes(versions.to_json())
-            (aside / "logs").mkdir()
-            aside.chmod(0o755)
-            # A rename replaces an empty directory silently and fails on any other: nothing is ever lost.
-            aside.rename(path)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with _directory_aside(path) as aside:
+                (aside / "config.toml").write_bytes(resolved_toml(config))
+                (aside / "versions.json").write_bytes(versions.to_json())
+                (aside / "logs").mkdir()
         except OSError as error:
-            shutil.rmtree(aside, ignore_errors=True)
-            raise RunExists(f"the run directory {path} can't be made: {error.strerror}") from error
+            raise RunError(f"the run directory {path} can't be made: {error.strerror}") from error
         return cls(path)
 
     @classmethod
@@ -178,6 +175,20 @@ class RunDirectory(Struct, frozen=True):
                 return False
         except RunBusy:
             return True
+
+
+@contextmanager
+def _directory_aside(path: Path) -> Generator[Path]:
+    """A directory beside `path` to fill; it gets that name when all is in it."""
+    aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
+    try:
+        yield aside
+        aside.chmod(0o755)
+        # A rename replaces an empty directory at most and fails on any other: nothing is ever lost.
+        aside.rename(path)
+    except BaseException:
+        shutil.rmtree(aside, ignore_errors=True)
+        raise
 
 
 def _lock_within(descriptor: int, patience: float, path: Path) -> None:

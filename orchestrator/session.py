@@ -14,6 +14,7 @@ from orchestrator.log_warnings import LogWarnings
 from orchestrator.stop_request import StopRequest
 from orchestrator.worker_process import WorkerProcess
 from protocol.errors import DeadlineExceeded
+from protocol.messages import State
 from protocol.records import Progress
 from protocol.timeouts import Timeouts
 
@@ -36,6 +37,7 @@ class Session:
         timeouts: Timeouts,
         progress: Callable[[], Progress | None] = lambda: None,
         clock: Callable[[], float] = time.monotonic,
+        wall_clock: Callable[[], float] = time.time,
     ) -> None:
         self._fleet = fleet
         self._display = display
@@ -43,7 +45,9 @@ class Session:
         self._timeouts = timeouts
         self._progress = progress
         self._clock = clock
+        self._wall_clock = wall_clock
         self._began = clock()
+        self._activity_began = wall_clock()
         self._closing = ExitStack()
         self._heartbeats: dict[str, Heartbeat] = {}
         self._warnings = LogWarnings()
@@ -84,6 +88,7 @@ class Session:
             ProcessFailed: it, or a worker that it needs, failed.
             Interrupted: somebody asked to stop; the agent has written what it had.
         """
+        self._activity_began = self._wall_clock()
         agent = self._start(launch)
         while agent.is_running:
             if self._stop.is_asked:
@@ -94,6 +99,7 @@ class Session:
             self._show(activity)
             self._stop.nap(TICK, until=lambda: not agent.is_running)
         self._show(activity)
+        self._heartbeats.pop(launch.name)
         if agent.exit_code != 0:
             # An agent that lost a worker fails right after it: the worker's end is the reason then.
             self._fleet.require_workers()
@@ -102,7 +108,8 @@ class Session:
     def _start(self, launch: Launch) -> WorkerProcess:
         process = self._fleet.start(launch)
         record = next(record for record in self._fleet.records() if record.name == launch.name)
-        self._heartbeats[launch.name] = self._closing.enter_context(Heartbeat(record, self._timeouts))
+        heartbeat = Heartbeat(record, self._timeouts, unheard=State.STARTING.value)
+        self._heartbeats[launch.name] = self._closing.enter_context(heartbeat)
         self._warnings.follow(process)
         return process
 
@@ -111,11 +118,16 @@ class Session:
             Snapshot(
                 activity=activity,
                 elapsed=self._clock() - self._began,
-                progress=self._progress(),
+                progress=self._news(),
                 workers=tuple(self._health()),
                 warning=self._warnings.last(),
             )
         )
+
+    def _news(self) -> Progress | None:
+        """How far the present activity is; what an earlier one said last is no news."""
+        progress = self._progress()
+        return progress if progress is not None and progress.time >= self._activity_began else None
 
     def _health(self) -> Iterator[Health]:
         return (heartbeat.beat() for heartbeat in self._heartbeats.values())

@@ -28,6 +28,11 @@ INK: RGB = (28, 28, 32)
 FAINT: RGB = (110, 110, 116)
 RULE: RGB = (214, 214, 210)
 
+ROUND_DISTANCES = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
+"""Metres at which a depth scale may have a tick."""
+CLOSEST_TICKS = 0.05
+"""Of the scale's height."""
+
 QUALITY_COLUMNS: tuple[tuple[str, int], ...] = (("mass", 150), ("height", 212), ("distance", 280), ("quality", 352))
 """Headings of the table of joints, and the middle of each column in pixels from the table's left."""
 
@@ -90,10 +95,9 @@ def _put_panel(sheet: Sheet, place: Place, caption: str, panel: UInt8Array) -> N
 def _put_depth(sheet: Sheet, place: Place, depth: Float32Array, height: int) -> None:
     scale = picture.depth_scale(depth)
     _put_panel(sheet, place, "Depth (grey: not measured)", picture.depth_picture(depth, scale))
-    ramp = np.linspace(scale.near, scale.far, height, dtype=np.float32)
-    # Zero would be taken for a distance that was not measured.
-    colours = picture.depth_picture(np.maximum(ramp, 1e-6)[:, None], scale)[:, 0]
-    ticks = [((metres - scale.near) / (scale.far - scale.near), f"{metres:g} m") for metres in depth_ticks(scale)]
+    ramp = scale.distance(np.linspace(1.0, 0.0, height)).astype(np.float32)
+    colours = picture.depth_picture(ramp[:, None], scale)[:, 0]
+    ticks = [(1 - share, f"{metres:g} m") for metres, share in depth_ticks(scale)]
     _put_bar(sheet, Place(place.x + PANEL_WIDTH + GAP // 2, place.y + CAPTION), colours, ticks)
 
 
@@ -129,10 +133,14 @@ def _put_bar(sheet: Sheet, place: Place, colours: UInt8Array, ticks: Sequence[tu
         sheet.write(label, place.x + BAR_WIDTH + 8, y, 15, anchor="lm")
 
 
-def depth_ticks(scale: DepthScale) -> list[float]:
-    """At most eight whole distances, in metres, from `near` to `far`."""
-    step = max(1, int(np.ceil((scale.far - scale.near) / 7)))
-    return [float(metres) for metres in np.arange(np.ceil(scale.near), scale.far + 1e-9, step)]
+def depth_ticks(scale: DepthScale) -> list[tuple[float, float]]:
+    """Round distances, in metres, with their shares of the scale, far enough apart to be read."""
+    shares = scale.share(np.array(ROUND_DISTANCES))
+    ticks: list[tuple[float, float]] = []
+    for metres, share in zip(ROUND_DISTANCES, shares.tolist(), strict=True):
+        if 0 <= share <= 1 and (not ticks or ticks[-1][1] - share >= CLOSEST_TICKS):
+            ticks.append((metres, share))
+    return ticks
 
 
 def _table_height() -> int:

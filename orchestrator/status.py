@@ -74,7 +74,7 @@ def status_view(status: RunStatus) -> RenderableType:
     if status.progress is None:
         lines.append(Text("its agent has not said anything yet"))
     else:
-        lines.append(Text("  ".join(f"{text} {label}".strip() for label, text in figures(status.progress))))
+        lines.append(Text("   ".join(figures(status.progress))))
     made = [name for name, there in (("weights", status.has_weights), ("evaluation", status.has_evaluation)) if there]
     lines.append(Text(f"made so far: {', '.join(made) or 'no weights yet'}", "dim"))
     if status.workers:

@@ -1,0 +1,1 @@
+"""Finds that it can't render, says why, and ends."""

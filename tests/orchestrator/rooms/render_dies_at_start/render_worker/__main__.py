@@ -1,0 +1,8 @@
+import logging
+import sys
+
+from protocol.logs import configure
+
+configure("render")
+logging.getLogger(__name__).error("no EGL display; install libegl1")
+sys.exit(2)

@@ -1,0 +1,1 @@
+"""Answers pings and starts for ever."""

@@ -1,0 +1,73 @@
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+from orchestrator.launch import (
+    Evaluate,
+    addresses,
+    evaluation_launch,
+    module_command,
+    training_launch,
+    worker_launches,
+)
+from protocol.config import PerceptionConfig, RenderConfig, RunConfig
+from protocol.messages import Role
+
+SOCKETS = Path("/tmp/v")
+CONFIG = Path("run/config.toml")
+
+
+def values(command: tuple[str, ...], option: str) -> list[str]:
+    return [value for name, value in pairwise(command) if name == option]
+
+
+def test_as_many_workers_of_each_role_are_started_as_the_configuration_says():
+    config = RunConfig(render=RenderConfig(workers=2), perception=PerceptionConfig(workers=3))
+    workers = worker_launches(config, CONFIG, SOCKETS)
+    assert [worker.name for worker in workers] == [
+        "render-0",
+        "render-1",
+        "perception-0",
+        "perception-1",
+        "perception-2",
+    ]
+    assert len(set(addresses(workers))) == 5
+
+
+def test_every_perception_worker_may_ask_every_render_worker():
+    config = RunConfig(render=RenderConfig(workers=2), perception=PerceptionConfig(workers=2))
+    workers = worker_launches(config, CONFIG, SOCKETS)
+    renderers = list(addresses(workers, Role.RENDER))
+    for worker in workers:
+        expected = renderers if worker.role is Role.PERCEPTION else []
+        assert values(worker.command, "--render") == expected
+        assert values(worker.command, "--bind") == [worker.address]
+        assert values(worker.command, "--config") == [str(CONFIG)]
+
+
+def test_the_agent_is_told_of_every_worker_and_serves_nothing():
+    workers = worker_launches(RunConfig(), CONFIG, SOCKETS)
+    agent = training_launch(Path("run"), workers)
+    assert agent.address is None
+    assert agent.command[-7:] == (
+        "train",
+        "--run",
+        "run",
+        "--render",
+        "ipc:///tmp/v/render-0",
+        "--perception",
+        "ipc:///tmp/v/perception-0",
+    )
+
+
+def test_an_evaluation_is_as_configured_unless_told_otherwise():
+    workers = worker_launches(RunConfig(), CONFIG, SOCKETS)
+    plain = evaluation_launch(Path("run"), workers, Evaluate())
+    told = evaluation_launch(Path("run"), workers, Evaluate(episodes=5, policies=("stay", "random")))
+    assert values(plain.command, "--policy") == values(plain.command, "--episodes") == []
+    assert values(told.command, "--policy") == ["stay", "random"]
+    assert values(told.command, "--episodes") == ["5"]
+
+
+def test_a_folder_of_the_same_name_does_not_hide_our_module():
+    assert module_command("agent", "train") == (sys.executable, "-P", "-m", "agent", "train")

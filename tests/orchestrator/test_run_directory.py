@@ -1,0 +1,128 @@
+import os
+import stat
+from datetime import datetime
+from pathlib import Path
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from orchestrator.errors import NoSuchRun, RunBusy, RunError, RunExists
+from orchestrator.run_directory import ProcessRecord, RunDirectory, default_run_path, newest_run, resolved_toml
+from protocol.config import EvaluationConfig, PerceptionConfig, RunConfig, TrainingConfig
+from protocol.errors import InvalidConfig
+from protocol.messages import Role
+from protocol.records import Progress
+
+
+def progress(step: int) -> bytes:
+    record = Progress(time=0.0, phase="training", step=step, steps=10, episodes=0, steps_per_second=1.0)
+    return msgspec.json.encode(record)
+
+
+def test_a_new_run_has_its_configuration_its_versions_and_a_place_for_logs(run):
+    assert sorted(path.name for path in run.path.iterdir()) == ["config.toml", "logs", "versions.json"]
+    assert msgspec.json.decode((run.path / "versions.json").read_bytes())["environment"] == {"OMP_NUM_THREADS": "1"}
+
+
+@given(
+    seed=st.integers(0, 2**31 - 1),
+    steps=st.integers(1, 10**6),
+    network=st.none() | st.text(st.characters(codec="utf-8", exclude_categories=("Cs", "Cc")), min_size=1),
+    baselines=st.sets(st.sampled_from(["stay", "random", "circle", "front"])),
+)
+def test_a_resolved_configuration_reads_back_as_it_was(tmp_path_factory, seed, steps, network, baselines):
+    config = RunConfig(
+        seed=seed,
+        perception=PerceptionConfig(network=network),
+        training=TrainingConfig(steps=steps),
+        evaluation=EvaluationConfig(baselines=tuple(baselines)),
+    )
+    path = tmp_path_factory.mktemp("config")
+    (path / "config.toml").write_bytes(resolved_toml(config))
+    assert RunDirectory(path).config() == config
+
+
+def test_a_resolved_configuration_has_every_default_written_out():
+    text = resolved_toml(RunConfig()).decode()
+    assert "[environment.camera]" in text
+    assert "horizontal_fov = 70.0" in text
+
+
+def test_an_existing_run_is_refused_and_stays_as_it_was(run, versions):
+    before = sorted(run.path.rglob("*")), run.config_path.read_bytes()
+    with pytest.raises(RunExists, match="never overwritten"):
+        RunDirectory.create(run.path, RunConfig(seed=7), versions)
+    assert (sorted(run.path.rglob("*")), run.config_path.read_bytes()) == before
+
+
+def test_a_run_that_cant_be_made_leaves_nothing_behind(tmp_path, versions):
+    (tmp_path / "taken").write_text("a file, not a directory")
+    with pytest.raises(RunError, match="can't be made"):
+        RunDirectory.create(tmp_path / "taken" / "run", RunConfig(), versions)
+    assert [path.name for path in tmp_path.iterdir()] == ["taken"]
+
+
+def test_others_may_read_a_run_as_far_as_the_user_lets_them(run):
+    assert stat.S_IMODE(run.path.stat().st_mode) == 0o755
+
+
+def test_a_directory_without_a_configuration_is_no_run(tmp_path):
+    with pytest.raises(NoSuchRun, match="has no config"):
+        RunDirectory.open(tmp_path)
+
+
+def test_a_damaged_configuration_of_a_run_is_named(run):
+    run.config_path.write_text("[training]\nstepps = 3\n")
+    with pytest.raises(InvalidConfig, match="stepps"):
+        run.config()
+
+
+def test_the_newest_run_is_the_one_that_was_made_last(tmp_path, versions):
+    for name in ("b", "a"):
+        RunDirectory.create(tmp_path / name, RunConfig(), versions)
+    older, newer = tmp_path / "b", tmp_path / "a"
+    later = (older / "config.toml").stat().st_mtime + 10
+    os.utime(newer / "config.toml", (later, later))
+    assert newest_run(tmp_path).path == newer
+
+
+def test_without_runs_there_is_no_newest_one(tmp_path):
+    with pytest.raises(NoSuchRun, match="orchestrator train"):
+        newest_run(tmp_path / "runs")
+
+
+def test_a_run_is_named_after_its_configuration_and_the_time():
+    assert default_run_path(Path("configs/full.toml"), datetime(2026, 11, 22, 9, 5, 7)) == Path(
+        "runs/full-20261122-090507"
+    )
+
+
+def test_progress_is_the_last_whole_line(run):
+    run.progress_path.write_bytes(progress(1) + b"\n" + progress(2) + b"\n" + progress(3)[:20])
+    found = run.progress()
+    assert found is not None
+    assert found.step == 2
+
+
+def test_a_run_whose_agent_has_said_nothing_has_no_progress_no_summary_and_no_evaluation(run):
+    assert (run.progress(), run.summary(), run.evaluation(), run.processes()) == (None, None, None, ())
+
+
+def test_processes_read_back_as_they_were_written(run):
+    record = ProcessRecord(
+        name="render-0", role=Role.RENDER, address="ipc:///tmp/x", pid=12, started=3.5, log="logs/render-0.jsonl"
+    )
+    run.write_processes([record])
+    assert run.processes() == (record,)
+
+
+def test_only_one_orchestrator_works_on_a_run(run):
+    with run.lock():
+        assert run.is_busy()
+        with pytest.raises(RunBusy, match="another orchestrator"), run.lock(patience=0.0):
+            pass
+    assert not run.is_busy()
+    with run.lock(patience=0.0):
+        pass

@@ -1,0 +1,18 @@
+"""Answers pings and starts for ever."""
+
+import sys
+import time
+
+from protocol import serve
+from protocol.logs import configure
+from protocol.messages import Role
+
+configure("render")
+
+
+def start_for_ever():
+    time.sleep(600)
+    return {}
+
+
+serve(start_for_ever, role=Role.RENDER, bind=sys.argv[1])
