@@ -46,11 +46,10 @@ class PosedArm(NamedTuple):
 
 def pose_arm(rest: RestArm, arm: Arm) -> PosedArm:
     """Turn an arm's bones so that its wrist comes to `arm.wrist`, or as near as its length allows."""
-    reach = np.asarray(arm.wrist, float)
-    girdle = _girdle(rest, reach)
     upper_length = float(np.linalg.norm(rest.elbow - rest.shoulder))
     lower_length = float(np.linalg.norm(rest.wrist - rest.elbow))
-    target = _within_reach(reach * rest.length, upper_length, lower_length)
+    target = _within_reach(np.asarray(arm.wrist, float) * rest.length, upper_length, lower_length)
+    girdle = _girdle(rest, target)
     elbow = _elbow(target, upper_length, lower_length, _hanging(target, arm.swivel, rest.side))
     upper = _turn(rest.elbow - rest.shoulder, _hinge(rest), elbow, np.cross(elbow, target))
     lower = _turn(rest.wrist - rest.elbow, _hinge(rest), target - elbow, np.cross(elbow, target))
@@ -84,7 +83,7 @@ def _hanging(target: Float64Array, swivel: float, side: int) -> Float64Array:
     if np.linalg.norm(pole) < 1e-6:
         pole = np.cross(axis, (0.0, 1.0, 0.0))
     pole /= np.linalg.norm(pole)
-    return rotation(-side * swivel * axis) @ pole
+    return rotation(side * swivel * axis) @ pole
 
 
 def _hinge(rest: RestArm) -> Float64Array:

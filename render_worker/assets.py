@@ -122,7 +122,8 @@ def load_assets(path: Path) -> Assets:
     """
     require_artifact(path, made_by=MADE_BY)
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        # numpy would leave a damaged file open.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             return _decode(stored)
     except (zipfile.BadZipFile, OSError, EOFError, KeyError, ValueError, IndexError) as error:
         raise ArtifactDamaged(

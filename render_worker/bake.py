@@ -131,11 +131,11 @@ def _along_arm(
         (Joint.LEFT_SHOULDER, Joint.LEFT_ELBOW, Joint.LEFT_WRIST),
         (Joint.RIGHT_SHOULDER, Joint.RIGHT_ELBOW, Joint.RIGHT_WRIST),
     )
-    along = [_along_chain(points, joints[list(side)]) for side in sides]
+    along = [along_chain(points, joints[list(side)]) for side in sides]
     return (of_arm * np.where(points[:, 1] > 0, along[0], along[1])).astype(np.float32)
 
 
-def _along_chain(points: Float64Array, chain: Float64Array) -> Float64Array:
+def along_chain(points: Float64Array, chain: Float64Array) -> Float64Array:
     """(n,) position along two bones that meet in the middle of `chain` (3, 3), 1 at the middle, 2 at the end."""
     first, second = chain[1] - chain[0], chain[2] - chain[1]
     upper = (points - chain[0]) @ first / (first @ first)

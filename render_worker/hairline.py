@@ -38,5 +38,5 @@ def hair_depth(points: Float32Array, face: Float64Array, length: float = 0.0) ->
     ]
     above = points[..., 2] - np.interp(points[..., 0], stations, heights)
     # The ears stick out of the hair.
-    beside = abs(ear[1]) * 1.02 - np.abs(points[..., 1]) + np.maximum(points[..., 2] - eye[2] - 0.012, 0) * 2
+    beside = abs(ear[1]) * 0.97 - np.abs(points[..., 1]) + np.maximum(points[..., 2] - eye[2] - 0.012, 0) * 2
     return np.minimum(above, beside).astype(np.float32)

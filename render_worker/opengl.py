@@ -26,7 +26,6 @@ from render_worker.person import Person, dress
 from render_worker.placing import place_joints, place_person
 from render_worker.stereo_noise import measure_depth, noise_seed
 from render_worker.surroundings import (
-    FARTHEST,
     ground_bands,
     ground_patch,
     is_hall,
@@ -41,7 +40,6 @@ _CLIPPED = 100.0
 """Metres between which anything is drawn."""
 
 _SHADOW_SIZE = 1024
-_SCENES_KEPT = 16
 _SURROUNDINGS_KEPT = 12
 _SIZES_KEPT = 4
 
@@ -77,6 +75,7 @@ class _Picture(NamedTuple):
 
     array: Any
     texture: Any
+    solid: bool
     resources: tuple[Any, ...]
 
 
@@ -100,19 +99,20 @@ class OpenGlRenderer:
     Args:
         assets: the baked bodies.
         threads: of Mesa's software rasteriser, 0 for the calling thread alone; a GPU doesn't care.
+        scenes_kept: how many scenes stay uploaded, some 8 MB each.
 
     Raises:
         Unavailable: there is no EGL, or no OpenGL 3.3 behind it.
     """
 
-    def __init__(self, assets: Assets, *, threads: int = 0) -> None:
+    def __init__(self, assets: Assets, *, threads: int = 0, scenes_kept: int = 16) -> None:
         self._assets = assets
         self._context = _open_context(threads)
         self._person = self._program("person", "person")
         self._caster = self._program("shadow", "shadow")
         self._ground = self._program("ground", "ground")
         self._shell = self._program("surroundings", "surroundings")
-        self._scenes: _Kept[_Staged] = _Kept(_SCENES_KEPT, _release)
+        self._scenes: _Kept[_Staged] = _Kept(scenes_kept, _release)
         self._shells: _Kept[tuple[_Picture, ...]] = _Kept(_SURROUNDINGS_KEPT, _release_all)
         self._grounds: _Kept[tuple[Any, float]] = _Kept(_SURROUNDINGS_KEPT, _release_ground)
         self._targets: _Kept[_Target] = _Kept(_SIZES_KEPT, _release)
@@ -127,8 +127,10 @@ class OpenGlRenderer:
         started = time.perf_counter()
         scene, camera = request.scene, request.camera
         require_names(scene.ground, scene.background)
-        staged = self._scenes.get(scene, lambda: self._stage(scene))
-        rgb, depth = self._draw(scene, staged, camera)
+        # OpenGL draws into the thread's current context, which may be another renderer's.
+        with self._context:
+            staged = self._scenes.get(scene, lambda: self._stage(scene))
+            rgb, depth = self._draw(scene, staged, camera)
         visible = visible_joints(staged.joints, depth, camera) if request.truth else None
         if camera.depth_noise == "d435i":
             depth = measure_depth(depth, camera.intrinsics.fx, noise_seed(scene, camera))
@@ -223,7 +225,7 @@ class OpenGlRenderer:
             for shell in make_shells(background, self._assets.photographs):
                 array, *buffers = self._surface(shell.corners, shell.triangles)
                 texture = self._texture(shell.image)
-                made.append(_Picture(array, texture, (*buffers, texture)))
+                made.append(_Picture(array, texture, shell.solid, (*buffers, texture)))
             return tuple(made)
 
         return self._shells.get(background, make)
@@ -244,10 +246,11 @@ class OpenGlRenderer:
         target.framebuffer.clear(*staged.light.air, 1.0)
         self._draw_person(staged, view)
         self._draw_ground(staged, ground, view)
-        self._shell["air"].value = staged.light.air
         for shell in shells:
+            target.framebuffer.depth_mask = shell.solid
             shell.texture.use(0)
             shell.array.render()
+        target.framebuffer.depth_mask = True
         return self._read(target, camera.intrinsics)
 
     def _draw_person(self, staged: _Staged, view: bytes) -> None:
@@ -278,6 +281,7 @@ class OpenGlRenderer:
         self._ground["shadow_shade"].value = staged.light.shadow_shade
         staged.patch.render()
         self._shell["image"].value = 0
+        self._shell["air"].value = staged.light.air
         self._shell["view_projection"].write(view)
         staged.bands.render()
 
@@ -334,10 +338,10 @@ def _projection(intrinsics: Intrinsics) -> Float64Array:
 
 
 def _metres(stored: Float32Array) -> Float32Array:
-    """The depth buffer's values as metres along the view; 0 where there is nothing or only sky."""
+    """The depth buffer's values as metres along the view; 0 where there is nothing but sky."""
     scale = (_CLIPPED - NEAREST) / (_CLIPPED * NEAREST)
     depth = np.reciprocal(np.float32(1 / NEAREST) - stored * np.float32(scale), dtype=np.float32)
-    depth[depth > FARTHEST] = 0
+    depth[stored >= 1] = 0
     return depth
 
 

@@ -30,9 +30,6 @@ BACKGROUNDS = (
     "hall-windows",
 )
 
-FARTHEST = 50.0
-"""Metres beyond which there is nothing to measure: the sky."""
-
 HALL_HALF_WIDTH = 14.0
 HALL_HEIGHT = 5.5
 
@@ -54,11 +51,13 @@ class Shell(NamedTuple):
         corners: (c, 7) float32: position, texture coordinates, shade and haze.
         triangles: (t, 3).
         image: (height, width, 3) sRGB.
+        solid: whether it is at its distance; a sky is at none.
     """
 
     corners: Float32Array
     triangles: IndexArray
     image: UInt8Array
+    solid: bool
 
 
 def require_names(ground: str, background: str) -> None:
@@ -86,9 +85,9 @@ def make_shells(background: str, photographs: Mapping[str, UInt8Array]) -> tuple
     """What surrounds the ground: a sky, or walls and a ceiling."""
     if not is_hall(background):
         corners, triangles = _dome()
-        return (Shell(corners, triangles, SKIES[background]()),)
+        return (Shell(corners, triangles, SKIES[background](), solid=False),)
     wall, ceiling = WALLS[background](photographs)
-    return Shell(*_walls(), wall), Shell(*_ceiling(), ceiling)
+    return Shell(*_walls(), wall, solid=True), Shell(*_ceiling(), ceiling, solid=True)
 
 
 def ground_bands(

@@ -1,0 +1,40 @@
+import math
+
+import msgspec
+import numpy as np
+import pytest
+
+from protocol.scene import Sun
+from render_worker.light import light_of, light_view
+from render_worker.scenes import sample_scene
+
+
+def test_the_sun_shines_from_where_the_scene_says():
+    scene = msgspec.structs.replace(sample_scene(1, "test"), sun=Sun(azimuth=math.pi / 2, elevation=math.pi / 6))
+    np.testing.assert_allclose(light_of(scene).towards_sun, (0, math.cos(math.pi / 6), 0.5), atol=1e-12)
+
+
+def test_the_suns_view_is_centred_on_the_person_and_nearer_is_less_deep():
+    towards = (0.0, 0.6, 0.8)
+    view = light_view(towards, (1.0, 2.0, 0.9))
+    np.testing.assert_allclose((view @ (1, 2, 0.9, 1))[:3], 0, atol=1e-12)
+    nearer = view @ (1, 2 + 0.6, 0.9 + 0.8, 1)
+    assert nearer[2] < 0
+    np.testing.assert_allclose(nearer[:2], 0, atol=1e-12)
+
+
+def test_the_view_holds_head_feet_and_hands():
+    view = light_view((math.cos(0.7), 0.0, math.sin(0.7)), (0.0, 0.0, 0.95))
+    for point in ((0, 0, 1.9), (0, 0, 0), (0, 0.8, 1.4), (0.8, 0, 1.3)):
+        assert np.abs((view @ (*point, 1))[:3]).max() < 1
+
+
+def test_a_sun_overhead_still_has_a_view():
+    assert np.isfinite(light_view((0.0, 0.0, 1.0), (0, 0, 1))).all()
+
+
+def test_the_ground_is_darker_in_the_shadow():
+    for seed in range(20):
+        light = light_of(sample_scene(seed, "test"))
+        assert light.shadow_shade < 0.85 * light.lit_shade
+        assert pytest.approx(1) == np.linalg.norm(light.towards_sun)

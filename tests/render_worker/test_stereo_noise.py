@@ -1,0 +1,77 @@
+import math
+
+import msgspec
+import numpy as np
+import pytest
+
+from protocol.camera import Camera, CameraPose, Intrinsics
+from render_worker.scenes import sample_scene
+from render_worker.stereo_noise import BASELINE, FARTHEST, FOCAL, SUBPIXEL_ERROR, depth_error, measure_depth, noise_seed
+
+PICTURE_FOCAL = 457.0
+
+
+def wall(depth: float, shape: tuple[int, int] = (200, 300)) -> np.ndarray:
+    return np.full(shape, depth, np.float32)
+
+
+def test_the_error_by_hand():
+    # 848 px over 87°: 446.8 px; with 50 mm and 0.08 px, 2 m are off by 4 · 0.08 / (446.8 · 0.05) = 14.3 mm.
+    assert pytest.approx(446.8, abs=0.1) == FOCAL
+    assert depth_error(2.0) == pytest.approx(0.0143, abs=1e-4)
+
+
+def test_the_error_grows_with_the_square_of_the_distance():
+    spread = {}
+    for depth in (1.0, 2.0, 4.0):
+        measured = measure_depth(wall(depth), PICTURE_FOCAL, seed=1)
+        spread[depth] = measured[measured > 0].std()
+        assert spread[depth] == pytest.approx(depth_error(depth), rel=0.15)
+        assert measured[measured > 0].mean() == pytest.approx(depth, rel=0.005)
+    assert spread[4.0] / spread[2.0] == pytest.approx(4, rel=0.15)
+
+
+def test_the_same_seed_measures_the_same_and_another_one_does_not():
+    first = measure_depth(wall(2.0), PICTURE_FOCAL, seed=1)
+    np.testing.assert_array_equal(first, measure_depth(wall(2.0), PICTURE_FOCAL, seed=1))
+    assert (first != measure_depth(wall(2.0), PICTURE_FOCAL, seed=2)).any()
+
+
+def test_nothing_and_too_far_are_not_measured():
+    assert not measure_depth(wall(0.0), PICTURE_FOCAL, seed=1).any()
+    assert not measure_depth(wall(FARTHEST * 1.5), PICTURE_FOCAL, seed=1).any()
+
+
+def test_a_near_thing_casts_an_occlusion_shadow_to_its_left():
+    depth = wall(4.0)
+    depth[:, 150:200] = 1.0
+    measured = measure_depth(depth, PICTURE_FOCAL, seed=1)
+    # Disparities differ by 457 · 0.05 · (1/1 - 1/4) = 17.1 px.
+    shadow = int(PICTURE_FOCAL * BASELINE * (1 - 1 / 4))
+    assert not measured[:, 150 - shadow : 150].any()
+    assert (measured[:, : 150 - shadow - 3] > 0).all()
+    assert (measured[:, 203:] > 0).all()
+
+
+def test_depth_edges_leave_holes():
+    depth = wall(4.0)
+    depth[:, 150:] = 1.0
+    measured = measure_depth(depth, PICTURE_FOCAL, seed=1)
+    assert not measured[:, 149:151].any()
+
+
+def test_disparities_come_in_steps():
+    measured = measure_depth(wall(3.0), PICTURE_FOCAL, seed=1).astype(float)
+    steps = FOCAL * BASELINE / measured[measured > 0] * 32
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-3)
+    assert SUBPIXEL_ERROR > 1 / 32
+
+
+def test_the_seed_is_the_requests():
+    scene = sample_scene(1, "test")
+    camera = Camera(CameraPose((3, 0, 1.5), (0, 0, 1)), Intrinsics.from_horizontal_fov(64, 48, 70))
+    moved = msgspec.structs.replace(camera, pose=CameraPose((3, 0, 1.5 + 1e-9), (0, 0, 1)))
+    assert noise_seed(scene, camera) == noise_seed(sample_scene(1, "test"), camera)
+    assert noise_seed(scene, camera) != noise_seed(scene, moved)
+    assert noise_seed(scene, camera) != noise_seed(sample_scene(2, "test"), camera)
+    assert math.log2(noise_seed(scene, camera)) < 64

@@ -1,0 +1,109 @@
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from protocol.client import Client
+from protocol.errors import Rejected
+from protocol.messages import Render, Role, SampleScene
+from render_worker.scenes import sample_scene
+from render_worker.worker import answer_sample, main
+
+
+def worker(*arguments: str, **environment: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "render_worker", *arguments]
+    return subprocess.Popen(command, env={**os.environ, **environment}, stderr=subprocess.PIPE, text=True)
+
+
+def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
+    _, said = process.communicate(timeout=60)
+    return process.returncode, said
+
+
+def test_a_scene_is_sampled_as_asked():
+    assert answer_sample(SampleScene(seed=5, split="train")).scene == sample_scene(5, "train")
+
+
+def test_importing_the_room_loads_no_opengl():
+    program = "import sys, render_worker; print({'moderngl', 'anny', 'torch'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"
+
+
+def test_an_unknown_setting_ends_the_worker_with_its_name(tmp_path):
+    config = tmp_path / "config.toml"
+    config.write_text("[render]\nspeed = 9\n")
+    code, said = ended(worker("--bind", f"ipc://{tmp_path}/render", "--config", str(config)))
+    assert code == 2
+    assert "speed" in said
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory) -> Iterator[str]:
+    bound = f"ipc://{tmp_path_factory.mktemp('sockets')}/render"
+    process = worker("--bind", bound)
+    yield bound
+    process.terminate()
+    assert ended(process)[0] == 0
+
+
+@pytest.fixture
+def client(address) -> Iterator[Client]:
+    with Client(address, role=Role.AGENT, serves=Role.RENDER) as opened:
+        opened.wait_ready()
+        yield opened
+
+
+@pytest.mark.slow
+def test_a_worker_samples_and_draws_what_the_library_does(client, renderer, look_at):
+    scene = client.call(SampleScene(seed=3, split="test")).scene
+    assert scene == sample_scene(3, "test")
+    request = Render(scene=scene, camera=look_at(scene, 0, 3, size=(160, 120)), truth=True)
+    frame, expected = client.call(request), renderer.render(request)
+    np.testing.assert_array_equal(frame.rgb, expected.rgb)
+    np.testing.assert_array_equal(frame.depth, expected.depth)
+    np.testing.assert_array_equal(frame.visible, expected.visible)
+
+
+@pytest.mark.slow
+def test_a_request_that_can_not_be_drawn_is_refused_and_the_worker_goes_on(client, look_at):
+    import msgspec
+
+    scene = sample_scene(3, "test")
+    camera = look_at(scene, 0, 3, size=(160, 120))
+    with pytest.raises(Rejected, match="lava") as refused:
+        client.call(Render(scene=msgspec.structs.replace(scene, ground="lava"), camera=camera))
+    assert refused.value.code == "invalid-input"
+    assert client.call(Render(scene=scene, camera=camera)).rgb.shape == (120, 160, 3)
+
+
+@pytest.mark.slow
+def test_without_egl_the_worker_ends_and_names_the_packages(tmp_path):
+    bound = f"ipc://{tmp_path}/render"
+    code, said = ended(worker("--bind", bound, __EGL_VENDOR_LIBRARY_FILENAMES="/nonexistent"))
+    assert code == 2
+    assert "libegl1 libgl1-mesa-dri" in said
+
+
+@pytest.mark.slow
+def test_without_bodies_the_worker_ends_and_names_the_command(tmp_path):
+    code, said = ended(worker("--bind", f"ipc://{tmp_path}/render", VANTAGE_CACHE=str(tmp_path / "empty")))
+    assert code == 2
+    assert "orchestrator bodies bake" in said
+
+
+@pytest.mark.slow
+def test_an_address_in_use_ends_the_second_worker(address, client):
+    code, said = ended(worker("--bind", address))
+    assert code == 2
+    assert address in said
+
+
+def test_the_command_line_needs_an_address(capsys):
+    with pytest.raises(SystemExit) as ended_by:
+        main([])
+    assert ended_by.value.code == 2
+    assert "--bind" in capsys.readouterr().err
