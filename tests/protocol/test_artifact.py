@@ -15,10 +15,14 @@ def test_a_file_appears_whole(tmp_path: Path):
 
 
 def test_a_write_that_fails_leaves_the_previous_file_and_nothing_else(tmp_path: Path):
+    def fail_in_the_middle():
+        with whole_file(tmp_path / "bodies.npz") as aside:
+            aside.write_bytes(b"half")
+            raise OSError("disk full")
+
     (tmp_path / "bodies.npz").write_bytes(b"previous")
-    with pytest.raises(OSError, match="disk full"), whole_file(tmp_path / "bodies.npz") as aside:
-        aside.write_bytes(b"half")
-        raise OSError("disk full")
+    with pytest.raises(OSError, match="disk full"):
+        fail_in_the_middle()
     assert (tmp_path / "bodies.npz").read_bytes() == b"previous"
     assert [path.name for path in tmp_path.iterdir()] == ["bodies.npz"]
 

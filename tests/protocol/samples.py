@@ -1,0 +1,130 @@
+"""One message of every kind, with every optional field set, and what they are made of."""
+
+import math
+
+import numpy as np
+
+from protocol.camera import Camera, CameraPose, Intrinsics
+from protocol.catalogue import Message
+from protocol.frame import Frame
+from protocol.messages import (
+    Drain,
+    Drained,
+    Failure,
+    Hello,
+    Lookup,
+    Observe,
+    Perceive,
+    Ping,
+    Pong,
+    Register,
+    Registered,
+    Render,
+    Role,
+    Sampled,
+    SampleScene,
+    State,
+    Welcome,
+    WorkerRecord,
+    Workers,
+)
+from protocol.observation import FilterState, Observation
+from protocol.scene import Arm, BodyPose, Head, Leg, Scene, Sun
+
+CAMERA = Camera(
+    CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0)), Intrinsics.from_horizontal_fov(8, 6, 70.0), depth_noise="d435i"
+)
+
+SCENE = Scene(
+    identity=3,
+    pose=BodyPose(
+        kind=5,
+        left_arm=Arm((0.1, 0.2, -0.9), swivel=0.3),
+        right_arm=Arm((0.7, -0.2, 0.0)),
+        left_leg=Leg(0.1, 0.05, 0.2),
+        right_leg=Leg(),
+        head=Head(0.1, -0.4),
+    ),
+    appearance=7,
+    position=(0.5, -0.25),
+    yaw=0.75,
+    sun=Sun(0.1, 0.8, strength=0.9),
+    ground="grass",
+    background="sky",
+)
+
+RECORD = WorkerRecord(
+    role=Role.RENDER, address="ipc:///run/render-1", incarnation="0011223344556677", state=State.READY
+)
+
+
+def picture(camera: Camera = CAMERA) -> Frame:
+    """A frame whose every element tells its place."""
+    height, width = camera.intrinsics.height, camera.intrinsics.width
+    depth = np.arange(height * width, dtype=np.float32).reshape(height, width)
+    depth[0, 0] = np.nan
+    return Frame(
+        rgb=(np.arange(height * width * 3) % 256).astype(np.uint8).reshape(height, width, 3),
+        depth=depth,
+        camera=camera,
+        joints=np.linspace(-1.0, 1.0, 54).reshape(18, 3),
+        visible=np.arange(18) % 2 == 0,
+        timings={"render": 0.25},
+    )
+
+
+def observation() -> Observation:
+    """An observation in which some joints were not found."""
+    keypoints = np.arange(36, dtype=float).reshape(18, 2)
+    keypoints[4] = math.nan
+    ramp = np.linspace(0.0, 1.0, 18)
+    return Observation(
+        keypoints=keypoints,
+        points=np.full((18, 3), math.nan),
+        mass=ramp,
+        height=ramp / 2,
+        distance=1 - ramp,
+        quality=ramp**2,
+        filter=FilterState.initial((1.0, 2.0, 3.0)),
+        heatmaps=np.arange(19 * 2 * 3, dtype=np.float32).reshape(19, 2, 3),
+        joints=np.zeros((18, 3)),
+        visible=np.ones(18, bool),
+        timings={"infer": 0.5, "lift": 0.125},
+    )
+
+
+def samples() -> tuple[Message, ...]:
+    """One message of every kind."""
+    return (
+        Hello(oldest_version=1, newest_version=1, role=Role.AGENT, incarnation="0123456789abcdef"),
+        Welcome(
+            version=1,
+            role=Role.RENDER,
+            incarnation="0011223344556677",
+            capabilities={"renderer": "opengl"},
+            heartbeat=0.5,
+        ),
+        Ping(),
+        Pong(
+            incarnation="0011223344556677",
+            state=State.BUSY,
+            progress=12,
+            queue_depth=3,
+            resident_bytes=2**28,
+            malformed=1,
+        ),
+        Drain(),
+        Drained(),
+        Register(worker=RECORD),
+        Registered(),
+        Lookup(role=Role.RENDER),
+        Workers(workers=(RECORD,)),
+        Failure(code="overloaded", message="64 requests are in hand already", retryable=True),
+        SampleScene(seed=2**40, split="test"),
+        Sampled(scene=SCENE),
+        Render(scene=SCENE, camera=CAMERA, truth=True),
+        picture(),
+        Perceive(frame=picture(), filter=FilterState.initial(), heatmaps=True),
+        Observe(scene=SCENE, camera=CAMERA, filter=FilterState.initial(), truth=True, heatmaps=True),
+        observation(),
+    )

@@ -1,0 +1,160 @@
+"""Messages of every kind and any content that is allowed."""
+
+import numpy as np
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as nps
+
+from protocol.camera import Camera, CameraPose, Intrinsics
+from protocol.frame import Frame
+from protocol.message import Reply, Request
+from protocol.messages import (
+    MESSAGE_NUMBERS,
+    Drain,
+    Drained,
+    Failure,
+    Hello,
+    Lookup,
+    Observe,
+    Perceive,
+    Ping,
+    Pong,
+    Register,
+    Registered,
+    Render,
+    Role,
+    Sampled,
+    SampleScene,
+    State,
+    Welcome,
+    WorkerRecord,
+    Workers,
+)
+from protocol.observation import FilterState, Observation
+from protocol.scene import Arm, BodyPose, Head, Leg, Scene, Sun
+
+finite = st.floats(allow_nan=False, allow_infinity=False, width=32)
+any_float = st.floats(width=32)
+whole = st.integers(-(2**63), 2**63 - 1)
+count = st.integers(0, 2**63 - 1)
+name = st.text(max_size=20)
+vector = st.tuples(finite, finite, finite)
+timings = st.dictionaries(name, finite, max_size=3)
+
+
+def floats64(*shape: int):
+    return nps.arrays(np.float64, shape, elements=any_float, fill=st.just(np.nan))
+
+
+def floats32(*shape: int):
+    return nps.arrays(np.float32, shape, elements=any_float, fill=st.just(np.inf))
+
+
+flags = nps.arrays(bool, (18,))
+joints = st.none() | floats64(18, 3)
+visible = st.none() | flags
+away = st.floats(1.0, 100.0)
+pose = st.builds(
+    lambda position, x, target: CameraPose((position[0], 0.0, 1.0), (position[0] + x, target, 0.5)),
+    st.tuples(st.floats(-10, 10)),
+    away,
+    st.floats(-10, 10),
+)
+intrinsics = st.builds(
+    Intrinsics,
+    width=st.integers(1, 9),
+    height=st.integers(1, 9),
+    fx=st.floats(0.5, 1e4),
+    fy=st.floats(0.5, 1e4),
+    cx=any_float,
+    cy=any_float,
+)
+camera = st.builds(Camera, pose, intrinsics, st.sampled_from(["none", "d435i"]))
+arm = st.builds(Arm, vector, finite)
+leg = st.builds(Leg, finite, finite, finite)
+body_pose = st.builds(BodyPose, st.integers(0, 7), arm, arm, leg, leg, st.builds(Head, finite, finite))
+scene = st.builds(
+    Scene,
+    identity=st.integers(0, 59),
+    pose=body_pose,
+    appearance=whole,
+    position=st.tuples(finite, finite),
+    yaw=finite,
+    sun=st.builds(Sun, finite, finite, finite),
+    ground=name,
+    background=name,
+)
+filter_state = st.builds(
+    FilterState, mean=floats64(18, 3), variance=floats64(18, 3), process_noise=floats64(18), seen=flags
+)
+role = st.sampled_from(Role)
+record = st.builds(WorkerRecord, role=role, address=name, incarnation=name, state=st.sampled_from(State))
+
+
+@st.composite
+def frames(draw: st.DrawFn) -> Frame:
+    taken_by = draw(camera)
+    size = (taken_by.intrinsics.height, taken_by.intrinsics.width)
+    return Frame(
+        rgb=draw(nps.arrays(np.uint8, (*size, 3))),
+        depth=draw(floats32(*size)),
+        camera=taken_by,
+        joints=draw(joints),
+        visible=draw(visible),
+        timings=draw(timings),
+    )
+
+
+observations = st.builds(
+    Observation,
+    keypoints=floats64(18, 2),
+    points=floats64(18, 3),
+    mass=floats64(18),
+    height=floats64(18),
+    distance=floats64(18),
+    quality=floats64(18),
+    filter=filter_state,
+    heatmaps=st.none() | st.tuples(st.integers(0, 3), st.integers(0, 3)).flatmap(lambda size: floats32(19, *size)),
+    joints=joints,
+    visible=visible,
+    timings=timings,
+)
+
+MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
+    Hello: st.builds(Hello, oldest_version=whole, newest_version=whole, role=role, incarnation=name),
+    Welcome: st.builds(
+        Welcome,
+        version=whole,
+        role=role,
+        incarnation=name,
+        capabilities=st.dictionaries(name, name, max_size=3),
+        heartbeat=any_float,
+    ),
+    Ping: st.builds(Ping),
+    Pong: st.builds(
+        Pong,
+        incarnation=name,
+        state=st.sampled_from(State),
+        progress=count,
+        queue_depth=count,
+        resident_bytes=count,
+        malformed=count,
+    ),
+    Drain: st.builds(Drain),
+    Drained: st.builds(Drained),
+    Register: st.builds(Register, worker=record),
+    Registered: st.builds(Registered),
+    Lookup: st.builds(Lookup, role=role),
+    Workers: st.builds(Workers, workers=st.lists(record, max_size=3).map(tuple)),
+    Failure: st.builds(Failure, code=name, message=name, retryable=st.booleans()),
+    SampleScene: st.builds(SampleScene, seed=whole, split=st.sampled_from(["train", "test"])),
+    Sampled: st.builds(Sampled, scene=scene),
+    Render: st.builds(Render, scene=scene, camera=camera, truth=st.booleans()),
+    Frame: frames(),
+    Perceive: st.builds(Perceive, frame=frames(), filter=filter_state, heatmaps=st.booleans()),
+    Observe: st.builds(
+        Observe, scene=scene, camera=camera, filter=filter_state, truth=st.booleans(), heatmaps=st.booleans()
+    ),
+    Observation: observations,
+}
+
+messages = st.one_of([MESSAGES[kind] for kind in MESSAGE_NUMBERS])
