@@ -1,0 +1,104 @@
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from agent.commands import EvaluationStopped, EvaluationWatch, Workers, evaluate_run, train_run
+from agent.journal import Journal
+from agent.logbook import Clocks
+from protocol.errors import ArtifactDamaged, ArtifactMissing, DeadlineExceeded, InvalidConfig, InvalidInput
+from protocol.records import Evaluation, Progress
+from tests.agent.serving import analytic_workers
+
+CONFIG = """
+seed = 5
+[timeouts]
+startup = 5.0
+[environment]
+num_envs = 2
+episode_steps = 5
+[learner.sac]
+hidden = [16]
+memory = 200
+batch = 8
+[training]
+steps = 20
+prefill = 10
+[evaluation]
+episodes = 3
+baselines = ["stay", "front"]
+"""
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    directory = tmp_path / "run"
+    directory.mkdir()
+    (directory / "config.toml").write_text(CONFIG)
+    return directory
+
+
+def test_a_run_is_trained_and_evaluated_over_sockets(run: Path, tmp_path: Path) -> None:
+    with analytic_workers(tmp_path) as workers:
+        summary = train_run(run, workers)
+        evaluation = evaluate_run(run, workers, episodes=None, names=())
+    assert (summary.steps, summary.late_replies, summary.retries) == (20, 0, 0)
+    assert summary.stages["transport"] > 0.0
+    assert evaluation is not None
+    assert evaluation == msgspec.json.decode((run / "evaluation.json").read_bytes(), type=Evaluation)
+    assert [(score.policy, score.episodes) for score in evaluation.scores] == [("sac", 3), ("stay", 3), ("front", 3)]
+
+
+def test_policies_and_episodes_can_be_chosen(run: Path, tmp_path: Path) -> None:
+    with analytic_workers(tmp_path) as workers:
+        evaluation = evaluate_run(run, workers, episodes=1, names=("random", "circle"))
+    assert evaluation is not None
+    assert [(score.policy, score.episodes) for score in evaluation.scores] == [("random", 1), ("circle", 1)]
+
+
+def test_a_policy_that_nobody_knows_is_named_with_those_that_there_are(run: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"'hover'.*sac, stay, random, circle, front"):
+        evaluate_run(run, Workers(("ipc://x",), ("ipc://y",)), episodes=1, names=("hover",))
+
+
+def test_nothing_is_evaluated_before_there_are_weights(run: Path) -> None:
+    with pytest.raises(ArtifactMissing, match=r"weights\.safetensors"):
+        evaluate_run(run, Workers(("ipc://x",), ("ipc://y",)), episodes=1, names=("sac",))
+
+
+def test_weights_of_another_configuration_are_refused(run: Path, tmp_path: Path) -> None:
+    with analytic_workers(tmp_path) as workers:
+        train_run(run, workers)
+    (run / "config.toml").write_text(CONFIG.replace("hidden = [16]", "hidden = [8]"))
+    with pytest.raises(ArtifactDamaged):
+        evaluate_run(run, workers, episodes=1, names=("sac",))
+
+
+def test_workers_that_are_not_there_are_named(run: Path, tmp_path: Path) -> None:
+    (run / "config.toml").write_text(CONFIG.replace("startup = 5.0", "startup = 0.3"))
+    with pytest.raises(DeadlineExceeded, match="nobody"):
+        train_run(run, Workers((f"ipc://{tmp_path}/nobody",), (f"ipc://{tmp_path}/nobody-either",)))
+    assert not (run / "weights.safetensors").exists()
+
+
+def test_a_configuration_with_an_unknown_field_is_refused(run: Path) -> None:
+    (run / "config.toml").write_text("sede = 1")
+    with pytest.raises(InvalidConfig, match="sede"):
+        train_run(run, Workers(("ipc://x",), ("ipc://y",)))
+
+
+def test_an_evaluation_tells_how_far_it_is_and_stops_on_request(tmp_path: Path) -> None:
+    asked = [False]
+    seconds = iter(range(100))
+    clocks = Clocks(wall=lambda: 1e9, steady=lambda: float(next(seconds)))
+    with Journal(tmp_path) as journal:
+        watch = EvaluationWatch(journal, 40, clocks, lambda: asked[0])
+        watch(4)
+        watch(4)
+        asked[0] = True
+        with pytest.raises(EvaluationStopped):
+            watch(4)
+    lines = [
+        msgspec.json.decode(line, type=Progress) for line in (tmp_path / "progress.jsonl").read_bytes().splitlines()
+    ]
+    assert [(line.phase, line.step, line.steps) for line in lines] == [("evaluation", 4, 40), ("evaluation", 8, 40)]

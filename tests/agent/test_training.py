@@ -1,0 +1,189 @@
+import itertools
+import threading
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from agent.episode_seeds import episode_seed
+from agent.journal import Journal
+from agent.learner import Learner, make_learner
+from agent.logbook import Clocks
+from agent.training import Training, transition_of
+from agent.vector_hover import VectorHover
+from agent.weights import load_weights
+from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, RunConfig, SacConfig, TrainingConfig
+from protocol.dispatcher import Statistics
+from protocol.records import Episode, Progress, Summary
+from tests.agent.analytic_eyes import TIMING, AnalyticEyes
+
+CONFIG = RunConfig(
+    seed=3,
+    environment=EnvironmentConfig(num_envs=2, episode_steps=5),
+    learner=LearnerConfig(
+        sac=SacConfig(hidden=(16,), memory=200, batch=8),
+        ppo=PpoConfig(hidden=(16,), rollout=6, epochs=1, minibatches=2),
+    ),
+    training=TrainingConfig(steps=30, prefill=20, log_every=10, save_every=10),
+)
+CALLS = Statistics(late_replies=2, retries=1)
+
+
+class Recorder:
+    """A learner that notes what is done with it, in order."""
+
+    off_policy = True
+    updates = 0
+
+    def __init__(self, learner: Learner) -> None:
+        self.learner = learner
+        self.done: list[str] = []
+
+    def act(self, observations, *, explore):
+        self.done.append("act")
+        return self.learner.act(observations, explore=explore)
+
+    def observe(self, transition) -> None:
+        self.done.append("observe")
+
+    def learn(self) -> dict[str, float]:
+        self.done.append("learn")
+        return {}
+
+    def weights(self) -> dict:
+        return self.learner.weights()
+
+
+def training(
+    run: Path, journal: Journal, config: RunConfig = CONFIG, *, eyes=None, env=None, learner=None, stop=lambda: False
+) -> Training:
+    steady = itertools.count(0.0, 0.1)
+    return Training(
+        run,
+        config,
+        env=env or VectorHover(eyes or AnalyticEyes(), config=config.environment),
+        learner=learner or make_learner(config.learner, num_envs=config.environment.num_envs, seed=config.seed),
+        journal=journal,
+        clocks=Clocks(wall=lambda: 1e9, steady=steady.__next__),
+        stop=stop,
+    )
+
+
+def trained(run: Path, config: RunConfig = CONFIG, **changes) -> Summary:
+    run.mkdir(exist_ok=True)
+    with Journal(run) as journal:
+        return training(run, journal, config, **changes).run(lambda: CALLS)
+
+
+def lines(path: Path, kind):
+    return [msgspec.json.decode(line, type=kind) for line in path.read_bytes().splitlines()]
+
+
+def test_a_training_leaves_weights_curves_episodes_progress_and_a_summary(tmp_path) -> None:
+    summary = trained(tmp_path)
+    assert summary == msgspec.json.decode((tmp_path / "summary.json").read_bytes(), type=Summary)
+    assert (summary.steps, summary.late_replies, summary.retries) == (30, 2, 1)
+    assert summary.updates == 20 + 30 - 2 - 8, "one for each transition but the last step's, once there was a batch"
+    assert summary.steps_per_second == pytest.approx(30 / summary.seconds)
+    assert set(summary.stages) == {"render", "infer", "transport", "learn"}
+    weights, about = load_weights(tmp_path / "weights.safetensors")
+    assert any(name.startswith("policy.") for name in weights)
+    assert (about["algorithm"], about["steps"], about["run_seed"]) == ("sac", "30", "3")
+    episodes = lines(tmp_path / "episodes.jsonl", Episode)
+    assert len(episodes) == summary.episodes == 10
+    assert [episode.policy for episode in episodes] == ["scripted"] * 4 + ["sac"] * 6
+    progress = lines(tmp_path / "progress.jsonl", Progress)
+    assert list(dict.fromkeys(line.phase for line in progress)) == ["prefill", "training", "done"]
+    assert list((tmp_path / "tensorboard").iterdir())
+
+
+def test_episodes_follow_from_the_runs_seed(tmp_path) -> None:
+    trained(tmp_path)
+    seeds = [episode.seed for episode in lines(tmp_path / "episodes.jsonl", Episode)]
+    # Two flights are cut off where the learner takes over from the script: numbers 4 and 5.
+    assert seeds == [episode_seed(3, number) for number in (0, 1, 2, 3, 6, 7, 8, 9, 10, 11)]
+
+
+@pytest.mark.parametrize("algorithm", ["sac", "ppo"])
+def test_the_same_seed_trains_the_same_weights_however_the_workers_answer(tmp_path, algorithm) -> None:
+    config = replace(CONFIG, learner=replace(CONFIG.learner, algorithm=algorithm))
+    delays = itertools.cycle((0.01, 0.0, 0.004))
+
+    def late(pending, observation) -> None:
+        threading.Timer(next(delays), pending.succeed, (observation, TIMING)).start()
+
+    trained(tmp_path / "at once", config)
+    trained(tmp_path / "late", config, eyes=AnalyticEyes(late))
+    trained(tmp_path / "other", replace(config, seed=4))
+    names = ("at once", "late", "other")
+    one, again, other = [load_weights(tmp_path / name / "weights.safetensors")[0] for name in names]
+    assert all(np.array_equal(one[name], again[name]) for name in one)
+    assert not all(np.array_equal(one[name], other[name]) for name in one)
+
+
+def test_learning_goes_on_while_pictures_are_under_way_and_before_they_are_observed(tmp_path) -> None:
+    learner = Recorder(make_learner(CONFIG.learner, num_envs=2, seed=0))
+
+    class Env(VectorHover):
+        def send(self, actions) -> None:
+            learner.done.append("send")
+            super().send(actions)
+
+        def receive(self):
+            learner.done.append("receive")
+            return super().receive()
+
+    config = replace(CONFIG, training=TrainingConfig(steps=4, prefill=0))
+    trained(tmp_path, config, learner=learner, env=Env(AnalyticEyes(), config=config.environment))
+    assert learner.done == ["act", "send", "learn", "receive", "observe"] * 2
+
+
+def test_ppo_trains_by_one_line_of_the_configuration(tmp_path) -> None:
+    summary = trained(tmp_path, replace(CONFIG, learner=replace(CONFIG.learner, algorithm="ppo")))
+    assert (summary.steps, summary.updates) == (30, 2 * 2)
+    assert {episode.policy for episode in lines(tmp_path / "episodes.jsonl", Episode)} == {"ppo"}, "no scripted flights"
+
+
+def test_a_request_to_stop_leaves_weights_and_a_summary(tmp_path) -> None:
+    asked = itertools.chain([False] * 14, itertools.repeat(True))
+    summary = trained(tmp_path, stop=asked.__next__)
+    assert summary.steps == 8, "four steps of two drones, after ten of the script"
+    assert load_weights(tmp_path / "weights.safetensors")[1]["steps"] == "8"
+    assert lines(tmp_path / "progress.jsonl", Progress)[-1].phase == "done"
+
+
+def test_a_request_to_stop_while_prefilling_does_not_begin_to_train(tmp_path) -> None:
+    asked = itertools.chain([False] * 3, itertools.repeat(True))
+    assert trained(tmp_path, stop=asked.__next__).steps == 0
+
+
+def test_weights_are_there_before_the_end(tmp_path) -> None:
+    class Crash(Exception):
+        pass
+
+    answers = itertools.count()
+
+    def fail_late(pending, observation) -> None:
+        if next(answers) > 80:
+            pending.fail(Crash("workers are gone"), TIMING)
+        else:
+            pending.succeed(observation, TIMING)
+
+    with pytest.raises(Crash):
+        trained(tmp_path, replace(CONFIG, training=replace(CONFIG.training, steps=1000)), eyes=AnalyticEyes(fail_late))
+    assert int(load_weights(tmp_path / "weights.safetensors")[1]["steps"]) >= 10
+    assert not (tmp_path / "summary.json").exists()
+
+
+def test_what_follows_a_finished_flight_is_its_own_last_observation() -> None:
+    env = VectorHover(AnalyticEyes(), config=EnvironmentConfig(num_envs=2, episode_steps=1))
+    observations, _ = env.reset(seed=0)
+    actions = np.zeros((2, 3), np.float32)
+    result = env.step(actions)
+    transition = transition_of(observations, actions, result)
+    assert transition.truncated.all()
+    assert np.array_equal(transition.next_observations, np.stack(result[-1]["final_obs"].tolist()))
+    assert np.array_equal(transition.next_observations[:, 108:], observations[:, 108:])
+    assert not np.array_equal(result[0], transition.next_observations)
