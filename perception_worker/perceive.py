@@ -1,7 +1,7 @@
 """A frame and a filter in, an observation out: the whole pipeline, without a socket."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +69,7 @@ class Perceiver:
             quality=quality.combined,
             filter=updated,
             heatmaps=sight.output.heatmaps if heatmaps else None,
+            heatmap_area=astuple(sight.region) if heatmaps else None,
             joints=frame.joints,
             visible=frame.visible,
             timings=watch.seconds,

@@ -9,9 +9,10 @@ import cv2
 from msgspec.structs import replace
 
 from perception_worker.backend import open_network
+from perception_worker.models import OPENPOSE_MOBILENET_THIN
 from perception_worker.perceive import Perceiver
 from protocol import Handlers, Pool, Timeouts, logs, serve
-from protocol.config import RunConfig, load_config
+from protocol.config import PerceptionConfig, RunConfig, load_config
 from protocol.errors import VantageError
 from protocol.messages import Observe, Perceive, Render, Role
 from protocol.observation import Observation
@@ -70,7 +71,24 @@ def run(config: RunConfig, *, bind: str, render: Sequence[str]) -> None:
             renderers.wait_ready()
             return PerceptionHandlers(perceiver, renderers, render_deadline=_RENDER_SHARE * timeouts.call).table()
 
-        serve(start, role=Role.PERCEPTION, bind=bind, concurrency=perception.prefetch, timeouts=timeouts)
+        serve(
+            start,
+            role=Role.PERCEPTION,
+            bind=bind,
+            capabilities=_capabilities(perception),
+            concurrency=perception.prefetch,
+            timeouts=timeouts,
+        )
+
+
+def _capabilities(config: PerceptionConfig) -> dict[str, str]:
+    """What a client is told of the worker when it says hello."""
+    return {
+        "network": Path(config.network).name if config.network else OPENPOSE_MOBILENET_THIN.name,
+        "input": f"{config.rows}x{config.columns}",
+        "precision": config.precision,
+        "crop": config.crop,
+    }
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

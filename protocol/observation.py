@@ -52,6 +52,7 @@ class Observation(Reply, frozen=True, eq=False, kw_only=True):
         mass, height, distance, quality: (18,) in [0, 1], 1 is best (seed, section 3.3); 0 where not detected.
         filter: the state to send with the next frame.
         heatmaps: (19, rows, columns) the network's output, where it was asked for.
+        heatmap_area: left, top, width and height, in pixels, of the part of the frame that the heatmaps cover.
         joints, visible: the truth that came with the frame, where it was asked for.
         timings: seconds by stage: render, infer, decode, lift, qoe, filter, and transport between the workers.
     """
@@ -64,6 +65,7 @@ class Observation(Reply, frozen=True, eq=False, kw_only=True):
     quality: Float64Array
     filter: FilterState
     heatmaps: Float32Array | None = None
+    heatmap_area: tuple[int, int, int, int] | None = None
     joints: Float64Array | None = None
     visible: BoolArray | None = None
     timings: dict[str, float] = {}

@@ -110,7 +110,9 @@ class TestWhatComesAlong:
     def test_heatmaps_come_when_they_are_asked_for(self, frame):
         network = DrawnNetwork(STANDING)
         assert perceive(network, frame(BLACK)).heatmaps is None
-        assert (perceive(network, frame(BLACK), heatmaps=True).heatmaps == network.output.heatmaps).all()
+        observation = perceive(network, frame(BLACK), heatmaps=True)
+        assert (observation.heatmaps == network.output.heatmaps).all()
+        assert observation.heatmap_area == (0, 0, 640, 480)
 
     def test_every_stage_is_timed(self, frame):
         ticks = itertools.count()
@@ -145,6 +147,13 @@ class TestCrop:
         observation = perceive(SeesTheWhiteSquare(), far_person, crop="person")
         assert observation.mass == pytest.approx(np.ones(18))
         assert (observation.height > 0.4).all()
+
+    def test_heatmaps_tell_which_part_of_the_frame_they_cover(self, far_person):
+        observation = perceive(SeesTheWhiteSquare(), far_person, crop="person", heatmaps=True)
+        left, top, width, height = observation.heatmap_area
+        assert width < 640
+        assert left <= observation.keypoints[:, 0].min() < observation.keypoints[:, 0].max() <= left + width
+        assert top <= observation.keypoints[:, 1].min() < observation.keypoints[:, 1].max() <= top + height
 
     def test_nobody_is_not_looked_at_twice(self, frame):
         network = DrawnNetwork()

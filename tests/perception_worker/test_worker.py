@@ -162,8 +162,9 @@ class TestProcess:
     def test_observes_a_photograph_and_ends_at_sigterm(self, addresses, photographer):
         with running("perception_worker", *self.arguments(addresses)) as process:
             with Client(addresses[1], role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENCE) as client:
-                client.wait_ready()
+                welcome = client.wait_ready()
                 observation = client.call(OBSERVE)
+            assert welcome.capabilities["network"] == "openpose_mobilenet_thin"
             assert observation.keypoints[Joint.NOSE] == pytest.approx([169, 94], abs=6)
             process.send_signal(signal.SIGTERM)
             assert process.wait(30) == 0
