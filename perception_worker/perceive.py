@@ -20,7 +20,7 @@ from protocol.observation import FilterState, Observation
 from protocol.skeleton import JOINT_COUNT
 
 LEAST_TO_CROP = 3
-"""Joints that a pass must find to be believed: the first, that there is somebody to look at; the second, that it did."""
+"""Joints that a look at a frame must find to be believed: fewer are nobody to look closer at, or somebody lost."""
 
 
 @dataclass(frozen=True, eq=False)
