@@ -39,7 +39,8 @@ class _Sentences(TyperGroup):
         try:
             return super().invoke(ctx)
         except VantageError as error:
-            Console(stderr=True).print(str(error), style="bold red", markup=False, highlight=False, soft_wrap=True)
+            style = "yellow" if isinstance(error, Interrupted) else "bold red"
+            Console(stderr=True).print(str(error), style=style, markup=False, highlight=False, soft_wrap=True)
             raise typer.Exit(_exit_code(error)) from error
 
 

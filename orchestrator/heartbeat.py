@@ -30,6 +30,7 @@ class Health(Struct, frozen=True, kw_only=True):
 
     name: str
     role: Role
+    pid: int
     state: str
     answered: int | None = None
     queue_depth: int | None = None
@@ -118,6 +119,7 @@ class Heartbeat:
         return Health(
             name=self._process.name,
             role=self._process.role,
+            pid=self._process.pid,
             state=state,
             answered=pong.progress if pong else None,
             queue_depth=pong.queue_depth if pong else None,

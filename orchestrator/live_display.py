@@ -18,6 +18,7 @@ from protocol.records import Progress, Stage
 
 LINE_INTERVAL = 5.0
 BAR_WIDTH = 40
+LONGEST_STATE = len(NOT_RUNNING)
 STATE_STYLES = {
     State.STARTING.value: "yellow",
     State.READY.value: "green",
@@ -140,8 +141,8 @@ def workers_table(workers: Sequence[Health]) -> Table:
     """One row a process: its name, its state, and what it has in hand."""
     table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim")
     table.add_column("process")
-    table.add_column("state")
-    for heading in ("answered", "in hand", "memory"):
+    table.add_column("state", min_width=LONGEST_STATE)
+    for heading in ("answered", "in hand", "memory", "pid"):
         table.add_column(heading, justify="right")
     for worker in workers:
         memory = "" if worker.resident_bytes is None else f"{worker.resident_bytes / 2**20:.0f} MiB"
@@ -151,6 +152,7 @@ def workers_table(workers: Sequence[Health]) -> Table:
             "" if worker.answered is None else str(worker.answered),
             "" if worker.queue_depth is None else str(worker.queue_depth),
             memory,
+            str(worker.pid),
         )
     return table
 

@@ -70,7 +70,7 @@ def status_view(status: RunStatus) -> RenderableType:
     style = {"running": "bold green", "abandoned": "bold red", "not running": "bold yellow"}[status.state]
     lines: list[RenderableType] = [Text.assemble(status.run, "  ", (status.state, style))]
     if status.state == "abandoned":
-        lines.append(Text("its orchestrator is gone, and some of its processes go on; end them by their pid"))
+        lines.append(Text("its orchestrator is gone, and some of its processes go on; end those by their pid"))
     if status.progress is None:
         lines.append(Text("its agent has not said anything yet"))
     else:

@@ -53,7 +53,9 @@ def stop_on_signals() -> Generator[StopRequest]:
     def ask(_number: int, _frame: FrameType | None) -> None:
         request.ask()
 
-    previous = {number: signal.signal(number, ask) for number in SIGNALS}
+    # Under nohup a closed terminal is to be ignored, and stays so.
+    heeded = [number for number in SIGNALS if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN]
+    previous = {number: signal.signal(number, ask) for number in heeded}
     try:
         yield request
     finally:

@@ -76,15 +76,12 @@ class Command:
         self.temporary.mkdir()
         self.children: list[subprocess.Popen[str]] = []
 
-    def start(self, *arguments: str, rooms: tuple[str, ...] = ()) -> subprocess.Popen[str]:
-        """`rooms` are folders of misbehaving stand-ins; the well-behaved ones fill in for the rest."""
-        paths = [str(ROOMS / room) for room in (*rooms, "well_behaved")]
-        environment = os.environ | {
-            "PYTHONPATH": os.pathsep.join(paths),
-            "TMPDIR": str(self.temporary),
-            "VANTAGE_CACHE": str(self.folder / "cache"),
-            "COLUMNS": "200",
-        }
+    def start(self, *arguments: str, rooms: tuple[str, ...] | None = ()) -> subprocess.Popen[str]:
+        """`rooms` are misbehaving stand-ins, the well-behaved ones fill in for the rest; with None, the real ones."""
+        environment = os.environ | {"TMPDIR": str(self.temporary), "COLUMNS": "200"}
+        if rooms is not None:
+            environment["PYTHONPATH"] = os.pathsep.join(str(ROOMS / room) for room in (*rooms, "well_behaved"))
+            environment["VANTAGE_CACHE"] = str(self.folder / "cache")
         child = subprocess.Popen(
             [sys.executable, "-m", "orchestrator", *arguments],
             cwd=self.folder,
@@ -96,9 +93,11 @@ class Command:
         self.children.append(child)
         return child
 
-    def run(self, *arguments: str, rooms: tuple[str, ...] = ()) -> subprocess.CompletedProcess[str]:
+    def run(
+        self, *arguments: str, rooms: tuple[str, ...] | None = (), patience: float = PATIENCE
+    ) -> subprocess.CompletedProcess[str]:
         child = self.start(*arguments, rooms=rooms)
-        out, err = child.communicate(timeout=PATIENCE)
+        out, err = child.communicate(timeout=patience)
         return subprocess.CompletedProcess(arguments, child.returncode, out, err)
 
 

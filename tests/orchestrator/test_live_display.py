@@ -33,8 +33,16 @@ SNAPSHOT = Snapshot(
     elapsed=75.0,
     progress=PROGRESS,
     workers=(
-        Health(name="render-0", role=Role.RENDER, state="busy", answered=50, queue_depth=1, resident_bytes=300 * 2**20),
-        Health(name="agent", role=Role.AGENT, state="running"),
+        Health(
+            name="render-0",
+            role=Role.RENDER,
+            pid=1234,
+            state="busy",
+            answered=50,
+            queue_depth=1,
+            resident_bytes=300 * 2**20,
+        ),
+        Health(name="agent", role=Role.AGENT, pid=1235, state="running"),
     ),
     warning="render-0: out of [brown] paint",
 )
@@ -84,7 +92,7 @@ def test_the_view_has_the_figures_the_stages_the_workers_and_the_last_warning():
         assert part in text
     assert "out of [brown] paint" in text
     worker = next(line for line in text.splitlines() if line.startswith("render-0"))
-    assert worker.split() == ["render-0", "busy", "50", "1", "300", "MiB"]
+    assert worker.split() == ["render-0", "busy", "50", "1", "300", "MiB", "1234"]
 
 
 def test_lines_come_every_few_seconds_and_at_once_when_the_activity_changes(console, clock):

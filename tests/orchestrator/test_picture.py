@@ -80,7 +80,7 @@ def test_a_true_joint_in_sight_is_a_white_diagonal_cross_and_a_hidden_one_a_grey
     assert [tuple(drawn[60 + y, 40 + x]) for y, x in diagonal] == [TRUTH_COLOUR] * 3
     # Its strokes end between pixels, so they are not of the full colour.
     assert [drawn[60 + y, 120 + x] for y, x in upright] == [pytest.approx(HIDDEN_COLOUR, abs=20)] * 3
-    assert tuple(drawn[60, 44]) == tuple(drawn[63, 123]) == (0, 0, 0)
+    assert max(drawn[60, 44].max(), drawn[63, 123].max()) < 20
 
 
 def test_a_joint_far_outside_the_picture_is_no_trouble():

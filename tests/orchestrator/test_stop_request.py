@@ -31,6 +31,17 @@ def test_signals_mean_afterwards_what_they_meant_before():
     assert [signal.getsignal(number) for number in SIGNALS] == before
 
 
+def test_a_terminal_that_closes_is_ignored_under_nohup():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with stop_on_signals() as stop:
+            os.kill(os.getpid(), signal.SIGHUP)
+            assert not stop.is_asked
+        assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
 def test_a_check_raises_only_when_asked():
     stop = StopRequest()
     stop.check()

@@ -1,0 +1,67 @@
+"""The command with the rooms that it is made for: real renders, the real network, a learning agent."""
+
+import json
+
+import cv2
+import pytest
+
+pytestmark = pytest.mark.slow
+
+TINY = """
+[environment]
+num_envs = 2
+episode_steps = 8
+
+[learner.sac]
+batch = 8
+
+[training]
+steps = 16
+prefill = 16
+log_every = 8
+
+[evaluation]
+episodes = 2
+baselines = ["stay"]
+"""
+PATIENCE = 240.0
+
+
+def test_a_training_on_real_renders_ends_with_its_evaluation(orchestrator):
+    (orchestrator.folder / "tiny.toml").write_text(TINY)
+    done = orchestrator.run("train", "tiny.toml", "--run", "tiny", "--json", rooms=None, patience=PATIENCE)
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert (report["steps"], report["interrupted"]) == (16, False)
+    assert all(seconds > 0 for seconds in report["stages"].values()), report["stages"]
+    scores = {score["policy"]: score for score in report["evaluation"]["scores"]}
+    assert set(scores) == {"sac", "stay"}
+    assert all(score["episodes"] == 2 for score in scores.values())
+    run = orchestrator.folder / "tiny"
+    assert {path.name for path in run.iterdir()} >= {
+        "config.toml",
+        "versions.json",
+        "workers.json",
+        "logs",
+        "tensorboard",
+        "progress.jsonl",
+        "episodes.jsonl",
+        "summary.json",
+        "weights.safetensors",
+        "evaluation.json",
+    }
+    assert list(orchestrator.temporary.iterdir()) == []
+
+
+def test_a_page_of_a_real_scene_has_people_and_colours(orchestrator):
+    done = orchestrator.run("view", "2", "--size", "320x240", rooms=None, patience=PATIENCE)
+    assert done.returncode == 0, done.stderr
+    page = cv2.imread(str(orchestrator.folder / "scene-2.png"))
+    assert page.shape[0] > 1000
+    assert page.std() > 40
+
+
+def test_a_machine_that_passes_these_tests_is_healthy(orchestrator):
+    done = orchestrator.run("doctor", "--json", rooms=None, patience=PATIENCE)
+    failed = [check for check in json.loads(done.stdout) if not check["passed"] and check["needed"]]
+    assert (done.returncode, failed) == (0, [])
