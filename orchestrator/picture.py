@@ -100,15 +100,22 @@ def depth_picture(depth: Float32Array, scale: DepthScale) -> UInt8Array:
     return picture
 
 
-def heatmap_picture(rgb: UInt8Array, heatmaps: Float32Array) -> UInt8Array:
+def heatmap_picture(rgb: UInt8Array, heatmaps: Float32Array, area: Window | None = None) -> UInt8Array:
     """The highest of the joints' heatmaps (the last map, the background, left out) over a grey picture.
 
     Args:
-        heatmaps: (19, rows, columns) of the whole picture.
+        heatmaps: (19, rows, columns).
+        area: the part of the picture that they cover; all of it where none is given.
     """
     height, width = rgb.shape[:2]
+    area = area or Window(0, 0, width, height)
     highest = np.clip(heatmaps[: len(Joint)].max(axis=0), 0.0, 1.0)
-    strength = cv2.resize(highest, (width, height), interpolation=cv2.INTER_LINEAR).astype(np.float32)
+    covered = cv2.resize(highest, (area.width, area.height), interpolation=cv2.INTER_LINEAR).astype(np.float32)
+    strength = np.zeros((height, width), np.float32)
+    # An area may reach over the picture's edge.
+    top, left = max(area.y, 0), max(area.x, 0)
+    inside = covered[top - area.y : height - area.y, left - area.x : width - area.x]
+    strength[top : top + inside.shape[0], left : left + inside.shape[1]] = inside
     grey = cv2.cvtColor(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), cv2.COLOR_GRAY2RGB) * 0.55
     share = strength[..., None]
     return np.round(grey * (1 - share) + coloured(strength, cv2.COLORMAP_INFERNO) * share).astype(np.uint8)

@@ -103,7 +103,8 @@ def _put_depth(sheet: Sheet, place: Place, depth: Float32Array, height: int) -> 
 
 def _put_heatmaps(sheet: Sheet, place: Place, frame: Frame, observation: Observation) -> None:
     if observation.heatmaps is not None:
-        panel = picture.heatmap_picture(frame.rgb, observation.heatmaps)
+        area = picture.Window(*observation.heatmap_area) if observation.heatmap_area is not None else None
+        panel = picture.heatmap_picture(frame.rgb, observation.heatmaps, area)
         _put_panel(sheet, place, "Heatmaps, the highest of 18 joints", panel)
 
 

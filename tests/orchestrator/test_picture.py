@@ -133,6 +133,15 @@ def test_a_heatmap_glows_where_it_is_high_and_the_background_map_does_not_count(
     assert not drawn[:40].any()
 
 
+@pytest.mark.parametrize("area", [Window(100, 40, 40, 30), Window(140, 100, 40, 30), Window(-20, -10, 40, 30)])
+def test_a_heatmap_of_a_part_of_the_picture_glows_there_only(area):
+    drawn = heatmap_picture(BLACK, np.ones((19, 12, 16), np.float32), area)
+    glowing = drawn.max(axis=2) > 100
+    covered = np.zeros((120, 160), bool)
+    covered[max(area.y, 0) : area.y + area.height, max(area.x, 0) : area.x + area.width] = True
+    assert (glowing == covered).all()
+
+
 @given(x=st.floats(0, 159), y=st.floats(0, 119), width=st.integers(200, 900))
 def test_a_pixel_of_a_window_is_found_again_in_the_magnified_window(x, y, width):
     window = Window(10, 20, 80, 60)
