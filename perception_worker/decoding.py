@@ -102,12 +102,8 @@ def group(peaks: Peaks, pafs: Float32Array) -> list[dict[Joint, int]]:
     limb_of, first, second, score = _supported_limbs(peaks, pafs)
     for limb, (joint_a, joint_b, _) in enumerate(LIMB_FIELDS):
         candidates = np.flatnonzero(limb_of == limb)
-        taken: set[int] = set()
         for candidate in candidates[np.argsort(-score[candidates], kind="stable")]:
-            a, b = int(first[candidate]), int(second[candidate])
-            if taken.isdisjoint((a, b)):
-                taken.update((a, b))
-                _join(skeletons, joint_a, a, joint_b, b)
+            _join(skeletons, joint_a, int(first[candidate]), joint_b, int(second[candidate]))
     return skeletons
 
 
@@ -170,7 +166,10 @@ def _possible_limbs(peaks: Peaks) -> tuple[NDArray[np.int64], NDArray[np.int64],
 
 
 def _join(skeletons: list[dict[Joint, int]], joint_a: Joint, a: int, joint_b: Joint, b: int) -> None:
-    """Add a limb to the skeletons: it starts one, lengthens one or makes two into one."""
+    """Add a limb to the skeletons: it starts one, lengthens one or makes two into one.
+
+    A skeleton keeps the joint that it has: a limb of a higher score came before.
+    """
     with_a = next((skeleton for skeleton in skeletons if skeleton.get(joint_a) == a), None)
     with_b = next((skeleton for skeleton in skeletons if skeleton.get(joint_b) == b), None)
     if with_a is None and with_b is None:

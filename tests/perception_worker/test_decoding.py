@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from perception_worker.decoding import MOST_PEAKS, decode, find_peaks
+from perception_worker.decoding import MOST_PEAKS, decode, find_peaks, group
 from perception_worker.network import NetworkOutput
 from protocol.skeleton import Joint
 from tests.perception_worker.drawn_maps import draw, person
@@ -143,3 +143,21 @@ class TestTwoPeople:
     def test_their_joints_are_not_mixed(self):
         left, right = person(12, 14), person(27, 14, without=[Joint.LEFT_WRIST])
         assert decode(draw([left, right]), 0.1) == pytest.approx(left, abs=1 / 6)
+
+
+class TestSkeletons:
+    def skeletons(self, *people):
+        output = draw(people)
+        return group(find_peaks(output.heatmaps, 0.1), output.pafs)
+
+    def test_are_as_many_as_there_are_people(self):
+        assert [len(one) for one in self.skeletons(person(12, 14), person(27, 14))] == [18, 18]
+
+    def test_are_no_more_when_a_body_is_put_together_from_parts(self):
+        # Without a neck the legs hang on nothing; both arms and the head are put together by the ears.
+        assert [len(one) for one in self.skeletons(person(20, 14, without=[Joint.NECK]))] == [11, 3, 3]
+
+    def test_share_no_joint(self):
+        skeletons = self.skeletons(person(14, 14), person(18, 14), person(23, 15))
+        peaks = [peak for skeleton in skeletons for peak in skeleton.values()]
+        assert len(peaks) == len(set(peaks))

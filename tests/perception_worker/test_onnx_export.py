@@ -20,12 +20,14 @@ def convolve(image, weights, *, stride, depthwise=False):
     before = max(window - stride, 0) // 2
     padded = np.pad(image, ((before, window), (before, window), (0, 0)))
     rows, columns = image.shape[0] // stride, image.shape[1] // stride
-    result = np.empty((rows, columns, weights.shape[2] if depthwise else weights.shape[3]))
+    channels = weights.shape[2] * weights.shape[3] if depthwise else weights.shape[3]
+    result = np.empty((rows, columns, channels))
     for row in range(rows):
         for column in range(columns):
             patch = padded[row * stride :, column * stride :][:window, :window]
             if depthwise:
-                result[row, column] = (patch * weights[..., 0]).sum(axis=(0, 1))
+                # Each channel of the image makes as many as the weights have for it, side by side.
+                result[row, column] = (patch[..., None] * weights).sum(axis=(0, 1)).ravel()
             else:
                 result[row, column] = np.tensordot(patch, weights, axes=3)
     return result

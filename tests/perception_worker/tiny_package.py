@@ -15,10 +15,10 @@ WHEEL = "tiny_pose-1.0-cp37-cp37m-macosx_10_15_x86_64.whl"
 
 RNG = np.random.default_rng(7)
 FIRST = RNG.normal(size=(3, 3, 3, 4)).astype(np.float32)
-DEPTHWISE = RNG.normal(size=(3, 3, 4, 1)).astype(np.float32)
+DEPTHWISE = RNG.normal(size=(3, 3, 4, 2)).astype(np.float32)
 BIAS = np.float32([0.5, -0.5, 0.25, 1.0])
-HEATMAPS = RNG.normal(size=(1, 1, 8, 19)).astype(np.float32)
-PAFS = RNG.normal(size=(1, 1, 8, 38)).astype(np.float32)
+HEATMAPS = RNG.normal(size=(1, 1, 12, 19)).astype(np.float32)
+PAFS = RNG.normal(size=(1, 1, 12, 38)).astype(np.float32)
 
 
 def tiny_graph():
