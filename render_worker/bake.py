@@ -8,7 +8,10 @@ import dataclasses
 import logging
 import signal
 import sys
-from collections.abc import Mapping, Sequence
+import threading
+import time
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -42,6 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--check", action="store_true", help="only look whether it is there and whole")
     options = parser.parse_args(arguments)
     logging.basicConfig(stream=sys.stderr, level=logging.INFO, format="%(message)s")
+    logging.getLogger("anny").setLevel(logging.WARNING)
     # A terminated bake takes its gigabyte of working files with it.
     signal.signal(signal.SIGTERM, _stop)
     try:
@@ -68,7 +72,8 @@ def bake(output: Path) -> None:
     photographs = fetch_photographs()
     logger.info("reading the body model (two to three minutes the first time)")
     with working_cache(cache_directory()):
-        model = AnnyBodies()
+        with _patience("reading the body model"):
+            model = AnnyBodies()
         logger.info("choosing identities")
         phenotypes = choose_identities(model.rest)
         bodies = [model.rest(phenotype) for phenotype in phenotypes]
@@ -89,6 +94,24 @@ def bake(output: Path) -> None:
     logger.info(
         "wrote %s (%.0f MB; skinning is within %.1g mm of anny's)", output, output.stat().st_size / 1e6, error * 1e3
     )
+
+
+@contextmanager
+def _patience(what: str, interval: float = 10.0) -> Generator[None]:
+    """Say every few seconds that something long is still going on."""
+    started, over = time.monotonic(), threading.Event()
+
+    def report() -> None:
+        while not over.wait(interval):
+            logger.info("still %s (%.0f s)", what, time.monotonic() - started)
+
+    reporter = threading.Thread(target=report, daemon=True)
+    reporter.start()
+    try:
+        yield
+    finally:
+        over.set()
+        reporter.join()
 
 
 def _assemble(

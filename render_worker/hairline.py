@@ -8,6 +8,7 @@ import numpy as np
 
 from protocol.arrays import Float32Array, Float64Array
 from protocol.skeleton import Joint
+from render_worker.arrays import RealArray
 
 
 def face_landmarks(joints: Float32Array) -> Float64Array:
@@ -15,7 +16,18 @@ def face_landmarks(joints: Float32Array) -> Float64Array:
     return np.asarray(joints, float)
 
 
-def hair_depth(points: Float32Array, face: Float64Array, length: float = 0.0) -> Float32Array:
+def fall_depth(points: RealArray, face: Float64Array, falls: float) -> Float32Array:
+    """How far inside long hair the points of its surface lie; it falls behind the ears, to `falls` below the nose.
+
+    Arguments and result are as those of `hair_depth`.
+    """
+    eye, ear, nose = face[Joint.LEFT_EYE], face[Joint.LEFT_EAR], face[Joint.NOSE]
+    stations = [ear[0] - 0.016, ear[0] - 0.006, ear[0] + 0.01, eye[0]]
+    heights = [nose[2] - falls, eye[2] + 0.012, eye[2] + 0.03, eye[2] + 0.08]
+    return (points[..., 2] - np.interp(points[..., 0], stations, heights)).astype(np.float32)
+
+
+def hair_depth(points: RealArray, face: Float64Array, length: float = 0.0) -> Float32Array:
     """How far inside the hair points lie.
 
     Args:

@@ -82,8 +82,8 @@ class _Picture(NamedTuple):
 class _Staged(NamedTuple):
     """A scene's own things on the GPU, and the true joints in the world frame."""
 
-    whole: Any
-    cut: Any
+    closed: Any
+    open: Any
     patch: Any
     bands: Any
     textures: Any
@@ -160,16 +160,24 @@ class OpenGlRenderer:
         vertices = self._context.buffer(person.corners.tobytes())
         attributes = (vertices, "3f 3f 3f 3f", "position", "normal", "uv", "cut")
         casting = (vertices, "3f 24x 3f", "position", "cut")
-        indices = [self._context.buffer(triangles.tobytes()) for triangles in (person.whole, person.cut)]
-        whole, cut = (self._context.vertex_array(self._person, [attributes], index) for index in indices)
+        indices = [self._context.buffer(triangles.tobytes()) for triangles in (person.closed, person.open)]
+        closed, opened = (self._context.vertex_array(self._person, [attributes], index) for index in indices)
         shadow = self._shadow(light, [self._context.vertex_array(self._caster, [casting], index) for index in indices])
         extent = self._ground_texture(scene.ground)[1]
         patch = self._patch(scene, extent)
         bands = self._bands(scene, extent, light.lit_shade)
         textures = self._person_textures(person)
-        resources = (vertices, *indices, whole, cut, shadow, *patch[1:], *bands[1:], textures)
+        resources = (vertices, *indices, closed, opened, shadow, *patch[1:], *bands[1:], textures)
         return _Staged(
-            whole, cut, patch[0], bands[0], textures, shadow, light, place_joints(person.joints, scene), resources
+            closed=closed,
+            open=opened,
+            patch=patch[0],
+            bands=bands[0],
+            textures=textures,
+            shadow=shadow,
+            light=light,
+            joints=place_joints(person.joints, scene),
+            resources=resources,
         )
 
     def _person_textures(self, person: Person) -> Any:
@@ -266,10 +274,10 @@ class OpenGlRenderer:
         program["towards_sun"].value = light.towards_sun
         program["sun"].value, program["sky"].value, program["bounce"].value = light.sun, light.sky, light.bounce
         program["edges"].value = False
-        staged.whole.render()
-        program["edges"].value = True
-        staged.cut.render()
+        staged.closed.render()
         self._context.disable(self._context.CULL_FACE)
+        program["edges"].value = True
+        staged.open.render()
 
     def _draw_ground(self, staged: _Staged, ground: Any, view: bytes) -> None:
         ground.use(0)

@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 Colour: TypeAlias = tuple[int, int, int]
-Pattern: TypeAlias = Literal["plain", "stripes", "checks", "heather", "denim", "print"]
+Pattern: TypeAlias = Literal["plain", "stripes", "checks", "heather", "denim", "dots"]
 
 SKIN_TONES: tuple[Colour, ...] = (
     (236, 198, 172),
@@ -100,11 +100,19 @@ class Garment:
 
 @dataclass(frozen=True)
 class Hair:
-    """A cap of hair, `thickness` metres high and `length` (of the body's height) longer at the back; none if bald."""
+    """Hair.
+
+    Attributes:
+        thickness: metres by which it stands off the scalp.
+        length: by how much it reaches lower at the nape.
+        falls: by how much long hair falls below the nose at the back; 0 for hair that doesn't.
+        seed: of its strands.
+    """
 
     colour: Colour
     thickness: float
     length: float
+    falls: float
     seed: int
 
 
@@ -148,12 +156,13 @@ def _hair(random: np.random.Generator, colour: Colour, *, feminine: bool) -> Hai
         return None
     thickness = float(random.uniform(0.010, 0.020) if feminine else random.uniform(0.004, 0.013))
     length = float(random.uniform(0.01, 0.035) if feminine else 0.0)
-    return Hair(colour, thickness, length, int(random.integers(2**31)))
+    falls = float(random.uniform(0.03, 0.08)) if feminine and random.random() < 0.5 else 0.0
+    return Hair(colour, thickness, length, falls, int(random.integers(2**31)))
 
 
 def _top(random: np.random.Generator) -> Garment:
     sleeve = float(random.choice([0.12, 0.5, 0.62, 0.75, 1.45, 1.9, 1.93]))
-    pattern: Pattern = ("plain", "plain", "heather", "stripes", "checks", "print")[int(random.integers(6))]
+    pattern: Pattern = ("plain", "plain", "heather", "stripes", "checks", "dots")[int(random.integers(6))]
     return Garment(
         part="tights",
         lowest=float(random.uniform(0.49, 0.545)),
@@ -179,7 +188,7 @@ def _trousers(random: np.random.Generator) -> Garment:
 
 
 def _skirt(random: np.random.Generator) -> Garment:
-    pattern: Pattern = ("plain", "plain", "checks", "print")[int(random.integers(4))]
+    pattern: Pattern = ("plain", "plain", "checks", "dots")[int(random.integers(4))]
     return Garment(
         part="skirt",
         lowest=float(random.uniform(0.2, 0.36)),

@@ -14,7 +14,7 @@ from protocol.skeleton import Joint
 from render_worker.arrays import IndexArray, RealArray
 from render_worker.assets import Assets
 from render_worker.body import Body, pose_body
-from render_worker.hairline import hair_depth
+from render_worker.hairline import fall_depth, hair_depth
 from render_worker.outfit import Garment, Hair, Outfit, sample_outfit
 from render_worker.textures import eye_texture, fabric_texture, hair_texture, plain_texture, skin_texture
 
@@ -26,6 +26,8 @@ _FABRIC_REPEATS = 3.0
 
 _NO_EDGE = 1.0
 
+_OPEN_PARTS = ("skirt", "long_hair")
+
 
 class Corners(NamedTuple):
     """A surface ready to draw; arrays have one row a corner.
@@ -35,6 +37,7 @@ class Corners(NamedTuple):
         uv: (c, 3) texture coordinates and the number of the texture.
         cut: (c, 3) signed distances to edges; nothing is drawn where one is negative.
         triangles: (t, 3).
+        closed: whether its inside can't be seen.
     """
 
     position: Float32Array
@@ -42,20 +45,21 @@ class Corners(NamedTuple):
     uv: Float32Array
     cut: Float32Array
     triangles: IndexArray
+    closed: bool
 
 
 class Person(NamedTuple):
     """Attributes:
     corners: (c, 12) float32: position, normal, texture coordinates and number, distances to edges.
-    whole: (t, 3) triangles that lie inside all edges.
-    cut: (u, 3) triangles that an edge crosses.
+    closed: (t, 3) triangles that lie inside all edges, of surfaces whose inside can't be seen.
+    open: (u, 3) triangles that an edge crosses, or that are seen from both sides.
     textures: (k, size, size, 3) sRGB.
     joints: (18, 3) COCO-18 in the body frame, metres.
     """
 
     corners: Float32Array
-    whole: IndexArray
-    cut: IndexArray
+    closed: IndexArray
+    open: IndexArray
     textures: UInt8Array
     joints: Float64Array
 
@@ -70,7 +74,7 @@ def dress(assets: Assets, scene: Scene) -> Person:
         surfaces.append(_garment(assets, body, garment, len(textures)))
         textures.append(fabric_texture(garment.fabric))
     if outfit.hair is not None:
-        surfaces.append(_hair(assets, body, outfit.hair, len(textures)))
+        surfaces += _hair(assets, body, outfit.hair, len(textures))
         textures.append(hair_texture(outfit.hair))
     return _join(surfaces, np.stack(textures), body.joints)
 
@@ -91,6 +95,7 @@ def _surface(assets: Assets, body: Body, part: str, texture: int, offset: RealAr
         uv=np.hstack([surface.uv, number]),
         cut=np.full((len(surface.source), 3), _NO_EDGE, np.float32),
         triangles=surface.triangles,
+        closed=part not in _OPEN_PARTS,
     )
 
 
@@ -142,36 +147,43 @@ def _lashes(assets: Assets, body: Body) -> Corners:
     return _surface(assets, body, "lashes", 2)
 
 
-def _hair(assets: Assets, body: Body, hair: Hair, texture: int) -> Corners:
-    """The scalp, raised; thin at the hairline, so that it does not stand off like a cap."""
-    source = assets.parts["skin"].source
-    points = assets.canonical[source]
+def _hair(assets: Assets, body: Body, hair: Hair, texture: int) -> list[Corners]:
+    """The scalp, raised, and what falls behind the ears."""
     face = assets.rig.regressor.astype(float) @ assets.canonical.astype(float)
-    head = points[:, 2] > face[Joint.NOSE, 2] - 0.1
-    depth = np.where(head, hair_depth(points, face, hair.length), -1.0).astype(np.float32)
+    scalp = assets.canonical[assets.parts["skin"].source]
+    on_head = scalp[:, 2] > face[Joint.NOSE, 2] - 0.1
+    depth = np.where(on_head, hair_depth(scalp, face, hair.length), -1.0).astype(np.float32)
+    # Thin at the hairline, so that it does not stand off like a cap.
     lift = hair.thickness * np.sqrt(np.clip(depth / 0.02, 0.02, 1))
-    corners = _surface(assets, body, "skin", texture, lift)
-    uv = corners.uv.copy()
-    uv[:, :2] = np.stack(
-        [np.arctan2(points[:, 1], points[:, 0] - face[Joint.LEFT_EAR, 0]) * 2, points[:, 2] * 6], axis=1
-    )
-    cut = np.stack([depth, np.ones_like(depth), np.ones_like(depth)], axis=1)
-    return corners._replace(uv=uv, cut=cut)
+    made = [_combed(_surface(assets, body, "skin", texture, lift), scalp, face, depth)]
+    if hair.falls > 0:
+        falling = assets.canonical[assets.parts["long_hair"].source]
+        corners = _surface(assets, body, "long_hair", texture)
+        made.append(_combed(corners, falling, face, fall_depth(falling, face, hair.falls)))
+    return made
+
+
+def _combed(corners: Corners, points: Float32Array, face: Float64Array, depth: Float32Array) -> Corners:
+    """Strands run down from the crown, and end where `depth` does."""
+    around = np.arctan2(points[:, 1], points[:, 0] - face[Joint.LEFT_EAR, 0])
+    uv = np.stack([around * 2, points[:, 2] * 6, corners.uv[:, 2]], axis=1)
+    beyond = np.full_like(depth, _NO_EDGE)
+    return corners._replace(uv=uv, cut=np.stack([depth, beyond, beyond], axis=1))
 
 
 def _join(surfaces: list[Corners], textures: UInt8Array, joints: Float64Array) -> Person:
     rows: list[Float32Array] = []
-    whole: list[IndexArray] = []
-    crossed: list[IndexArray] = []
+    closed: list[IndexArray] = []
+    seen_through: list[IndexArray] = []
     start = 0
     for surface in surfaces:
         outside = surface.cut[surface.triangles] < 0
         kept = ~np.any(outside.all(axis=1), axis=1)
-        inside = ~np.any(outside, axis=(1, 2))
-        whole.append(surface.triangles[inside] + start)
-        crossed.append(surface.triangles[kept & ~inside] + start)
+        hides_inside = ~np.any(outside, axis=(1, 2)) & surface.closed
+        closed.append(surface.triangles[hides_inside] + start)
+        seen_through.append(surface.triangles[kept & ~hides_inside] + start)
         rows.append(np.hstack([surface.position, surface.normal, surface.uv, surface.cut]))
         start += len(surface.position)
     return Person(
-        np.concatenate(rows).astype(np.float32), np.concatenate(whole), np.concatenate(crossed), textures, joints
+        np.concatenate(rows).astype(np.float32), np.concatenate(closed), np.concatenate(seen_through), textures, joints
     )

@@ -77,14 +77,10 @@ def _pattern(fabric: Fabric, random: np.random.Generator) -> RealArray:
         return np.repeat(band[:, None], SIZE, axis=1)
     if fabric.pattern == "checks":
         return 0.5 * (band[:, None] + band[None])
-    if fabric.pattern == "print":
-        return (shifted(_motifs(), random) > 1.1).astype(np.float32)
+    if fabric.pattern == "dots":
+        offset = across % 32 - 15.5
+        return (np.hypot(offset[:, None], offset[None]) < random.uniform(4, 9)).astype(np.float32)
     return np.zeros((SIZE, SIZE), np.float32)
-
-
-def _motifs() -> RealArray:
-    """(SIZE, SIZE) small seamless blobs, as of printed flowers: noise without its long waves."""
-    return seamless_noise(SIZE, 1.0, 1.0, 24) - seamless_noise(SIZE, 1.8, 1.0, 24)
 
 
 def _strength(mask: UInt8Array) -> RealArray:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import psutil
 
 from protocol.arrays import Float32Array, Float64Array
 from protocol.errors import Unavailable
@@ -117,11 +118,18 @@ def working_cache(beside: Path) -> Generator[None]:
         yield
         return
     beside.mkdir(parents=True, exist_ok=True)
-    for left_behind in beside.glob(".anny-*"):
-        shutil.rmtree(left_behind, ignore_errors=True)
-    with tempfile.TemporaryDirectory(prefix=".anny-", dir=beside) as directory:
+    _remove_orphans(beside)
+    with tempfile.TemporaryDirectory(prefix=f".anny-{os.getpid()}-", dir=beside) as directory:
         os.environ["ANNY_CACHE_DIR"] = os.environ["WARP_CACHE_PATH"] = directory
         try:
             yield
         finally:
             del os.environ["ANNY_CACHE_DIR"], os.environ["WARP_CACHE_PATH"]
+
+
+def _remove_orphans(beside: Path) -> None:
+    """Remove what bakes have left that were killed, and not what another one is at."""
+    for directory in beside.glob(".anny-*"):
+        process = directory.name.split("-")[1]
+        if process.isdigit() and not psutil.pid_exists(int(process)):
+            shutil.rmtree(directory, ignore_errors=True)

@@ -29,7 +29,8 @@ void main() {
     if (edges && min(inside.x, min(inside.y, inside.z)) < 0.0)
         discard;
     vec3 albedo = texture(textures, place).rgb;
-    vec3 n = normalize(facing);
+    // Of cloth, the inside is seen too.
+    vec3 n = normalize(gl_FrontFacing ? facing : -facing);
     float direct = max(dot(n, towards_sun) * 0.9 + 0.1, 0.0) * lit();
     vec3 ambient = mix(bounce, sky, n.z * 0.5 + 0.5);
     vec3 reflected = albedo * albedo * (ambient + sun * direct);

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from protocol.skeleton import Joint
-from render_worker.hairline import hair_depth
+from render_worker.hairline import fall_depth, hair_depth
 
 FACE_JOINTS = (Joint.NOSE, Joint.LEFT_EYE, Joint.RIGHT_EYE, Joint.LEFT_EAR, Joint.RIGHT_EAR)
 
@@ -35,3 +35,10 @@ def test_longer_hair_reaches_lower_at_the_back_only(face):
     ear, nose = face[Joint.LEFT_EAR], face[Joint.NOSE]
     nape = np.array([ear[0] - 0.05, 0.0, nose[2] - 0.03])
     assert hair_depth(nape, face, 0.0) < 0 < hair_depth(nape, face, 0.03)
+
+
+def test_long_hair_falls_behind_the_ears_and_nowhere_before_the_face(face):
+    ear, nose = face[Joint.LEFT_EAR], face[Joint.NOSE]
+    behind = np.array([ear[0] - 0.05, 0.0, nose[2] - 0.04])
+    assert fall_depth(behind, face, 0.06) > 0 > fall_depth(behind, face, 0.02)
+    assert (fall_depth(face[list(FACE_JOINTS)], face, 0.08) < 0).all()
