@@ -109,6 +109,15 @@ class TestOnePerson:
         output.heatmaps[Joint.RIGHT_WRIST, 3, 36] = 1.0
         assert decode(output, 0.1)[Joint.RIGHT_WRIST] == pytest.approx(joints[Joint.RIGHT_WRIST], abs=1 / 6)
 
+    def test_of_two_peaks_on_a_limb_the_better_supported_one_is_taken(self):
+        # The field ends one cell after the wrist: a peak two cells further has it along three quarters of the way.
+        joints = person(20, 14)
+        joints[[Joint.RIGHT_ELBOW, Joint.RIGHT_WRIST]] = (10, 12), (10, 17)
+        output = draw([joints])
+        output.heatmaps[Joint.RIGHT_WRIST] = 0
+        output.heatmaps[Joint.RIGHT_WRIST, [17, 19], 10] = 0.5, 0.9
+        assert decode(output, 0.1)[Joint.RIGHT_WRIST] == pytest.approx([10, 17])
+
     def test_halves_of_a_body_found_apart_are_joined(self):
         # Without a neck, only the limbs from shoulders to ears link arms and head, and those are tried last.
         joints = person(20, 14, without=[Joint.NECK])

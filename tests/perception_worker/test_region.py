@@ -50,10 +50,10 @@ class TestImage:
         assert image.dtype == np.float32
         assert [np.unique(channel).tolist() for channel in image] == [[30.0], [20.0], [10.0]]
 
-    def test_shrinks_by_the_mean_of_the_pixels(self):
+    def test_shrinks_by_the_mean_of_all_pixels(self):
         rgb = np.zeros((480, 640, 3), np.uint8)
-        rgb[0, 0] = 200
-        assert WHOLE.image(rgb, (240, 320))[0, 0, 0] == 50.0
+        rgb[0, 0] = 160
+        assert WHOLE.image(rgb, (120, 160))[0, 0, 0] == 10.0
 
     def test_can_be_larger_than_the_region(self):
         rgb = np.full((480, 640, 3), 77, np.uint8)

@@ -8,7 +8,7 @@ import pytest
 
 from perception_worker.perceive import Perceiver
 from perception_worker.worker import PerceptionHandlers
-from protocol import Client, Pool
+from protocol import Client, Pool, Timeouts
 from protocol.config import PerceptionConfig
 from protocol.errors import DeadlineExceeded, InvalidInput, Rejected
 from protocol.frame import Frame
@@ -197,6 +197,17 @@ class TestProcess:
         with running("perception_worker", *self.arguments(addresses), "--config", config) as process:
             assert addresses[0] in last_error(process)
         assert process.returncode == 2
+
+    def test_names_a_render_worker_that_was_lost_before_its_caller_gives_up(self, addresses, tmp_path):
+        config = tmp_path / "config.toml"
+        config.write_text("[timeouts]\ncall = 2.0\n")
+        with running("perception_worker", *self.arguments(addresses), "--config", config):
+            timeouts = Timeouts(call=2.0, startup=60.0)
+            with Client(addresses[1], role=Role.AGENT, serves=Role.PERCEPTION, timeouts=timeouts) as client:
+                with serving({Render: render}, addresses[0], role=Role.RENDER):
+                    client.wait_ready()
+                with pytest.raises(DeadlineExceeded, match=f"render at {addresses[0]}"):
+                    client.call(OBSERVE)
 
     def test_without_the_network_ends_by_naming_the_command(self, addresses, tmp_path):
         with running("perception_worker", *self.arguments(addresses), VANTAGE_CACHE=str(tmp_path)) as process:
