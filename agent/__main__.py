@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from agent.commands import Workers, evaluate_run, train_run
 from protocol import logs
 from protocol.errors import VantageError
 
@@ -16,9 +17,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Do one of the agent's jobs; 0 when it is done or was stopped on request, 2 when it can't be done."""
     options = _parser().parse_args(arguments)
     logs.configure("agent")
-    # Only here, since it loads torch: a mistyped option is told at once.
-    from agent.commands import Workers, evaluate_run, train_run
-
     workers = Workers(render=tuple(options.render), perception=tuple(options.perception))
     try:
         if options.job == "train":

@@ -3,13 +3,15 @@
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Self
+from typing import IO, TYPE_CHECKING, Self
 
 import msgspec
-from torch.utils.tensorboard.writer import SummaryWriter
 
 from protocol.artifact import whole_file
 from protocol.records import Episode, Evaluation, Progress, Summary
+
+if TYPE_CHECKING:
+    from torch.utils.tensorboard.writer import SummaryWriter
 
 
 class Journal:
@@ -34,6 +36,9 @@ class Journal:
     def curves(self, step: int, values: Mapping[str, float]) -> None:
         """Add a point to each of TensorBoard's curves."""
         if self._curves is None:
+            # Only here, since it loads torch, and an evaluation draws no curves.
+            from torch.utils.tensorboard.writer import SummaryWriter
+
             self._curves = SummaryWriter(log_dir=str(self._run / "tensorboard"))
         for name, value in values.items():
             self._curves.add_scalar(name, value, step)

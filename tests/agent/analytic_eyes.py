@@ -70,7 +70,7 @@ def observe(scene: Scene, camera: Camera, before: FilterState) -> Observation:
     towards_x, towards_y = np.array(camera.pose.position[:2]) - scene.position
     distance = math.hypot(towards_x, towards_y)
     angle = math.degrees(math.atan2(towards_y, towards_x) - scene.yaw)
-    quality = joint_quality(distance, angle) * (rng.random(18) > 0.05)
+    quality = joint_quality(distance, angle) * (rng.random(18) > 0.01)
     points = joints_of(scene) + rng.normal(0.0, 0.02 * distance, (18, 3))
     if abs(wrapped(angle)) > 110 and rng.random() < 0.05 * distance:
         points = points[LEFT_RIGHT]

@@ -21,6 +21,7 @@ episode_steps = 5
 hidden = [16]
 memory = 200
 batch = 8
+updates_per_step = 0.5
 [training]
 steps = 20
 prefill = 10

@@ -31,8 +31,8 @@ episode_steps = 10
 hidden = [32, 32]
 batch = 16
 [training]
-steps = 60
-prefill = 20
+steps = 40
+prefill = 16
 [evaluation]
 episodes = 2
 baselines = ["stay"]
@@ -74,7 +74,7 @@ def test_a_run_trains_evaluates_and_trains_the_same_again(workers: Workers, tmp_
         (tmp_path / name / "config.toml").write_text(CONFIG)
         subprocess.run(agent_command("train", tmp_path / name, workers), env=environment(), check=True)
     summary = msgspec.json.decode((tmp_path / "run" / "summary.json").read_bytes(), type=Summary)
-    assert (summary.steps, summary.retries) == (60, 0)
+    assert (summary.steps, summary.retries) == (40, 0)
     weights, again = [load_weights(tmp_path / name / "weights.safetensors")[0] for name in ("run", "again")]
     assert all(np.array_equal(weights[name], again[name]) for name in weights)
 

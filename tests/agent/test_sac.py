@@ -21,32 +21,32 @@ def test_the_same_seed_learns_the_same() -> None:
     digests = []
     for seed in (0, 0, 1):
         one: Learner = learner(seed)
-        Flock().fly(one, 30)
+        Flock().fly(one, 16)
         digests.append(digest(one))
     assert digests[0] == digests[1] != digests[2]
 
 
 def test_a_learner_restored_goes_on_to_the_bit() -> None:
     straight, flock = learner(), Flock()
-    flock.fly(straight, 20)
+    flock.fly(straight, 10)
     state, there = straight.state(), digest(straight)
     flock_state = flock.snapshot()
-    flock.fly(straight, 45)  # The memory holds 32 steps of two drones, so it is filled and begins anew.
+    flock.fly(straight, 14)  # The memory holds 16 steps of two drones, so it is filled and begins anew.
 
     restored = learner(seed=99)
     restored.restore(state)
     assert digest(restored) == there
-    flock_state.fly(restored, 45)
+    flock_state.fly(restored, 14)
     assert digest(restored) == digest(straight)
 
 
 def test_a_state_is_a_copy_not_a_view() -> None:
     one, flock = learner(), Flock()
-    flock.fly(one, 20)
+    flock.fly(one, 10)
     state = one.state()
     before = {name: tensor.clone() for name, tensor in state["modules"]["policy"].items()}
     rewards = state["memory"]["tensors"]["rewards"].clone()
-    flock.fly(one, 40)
+    flock.fly(one, 14)
     assert all(torch.equal(before[name], tensor) for name, tensor in state["modules"]["policy"].items())
     assert torch.equal(rewards.nan_to_num(), state["memory"]["tensors"]["rewards"].nan_to_num())
 
@@ -75,9 +75,9 @@ def test_what_was_learned_is_told_and_not_kept() -> None:
 @pytest.mark.parametrize(("terminated", "value"), [(True, -1.0), (False, -2.0)])
 def test_a_crash_is_worth_its_reward_and_a_truncation_what_would_have_come(terminated: bool, value: float) -> None:
     # A reward of -1 for ever at a discount of 0.5 is worth -2; entropy is made to count for nothing.
-    config = replace(SAC, discount=0.5, polyak=0.2, initial_entropy=1e-6, learning_rate=1e-2, batch=32)
+    config = replace(SAC, discount=0.5, polyak=0.5, initial_entropy=1e-6, learning_rate=1e-2, updates_per_step=1)
     one = learner(config=config)
-    for _ in range(200):
+    for _ in range(60):
         one.observe(same_again([-1.0, -1.0], terminated=terminated, truncated=not terminated))
         one.learn()
     critic = Critic(observation_space(), action_space(), config.hidden)

@@ -23,7 +23,7 @@ CONFIG = RunConfig(
     seed=3,
     environment=EnvironmentConfig(num_envs=2, episode_steps=5),
     learner=LearnerConfig(
-        sac=SacConfig(hidden=(16,), memory=200, batch=8),
+        sac=SacConfig(hidden=(16,), memory=200, batch=8, updates_per_step=0.5),
         ppo=PpoConfig(hidden=(16,), rollout=6, epochs=1, minibatches=2),
     ),
     training=TrainingConfig(steps=30, prefill=20, log_every=10, save_every=10),
@@ -85,7 +85,9 @@ def test_a_training_leaves_weights_curves_episodes_progress_and_a_summary(tmp_pa
     summary = trained(tmp_path)
     assert summary == msgspec.json.decode((tmp_path / "summary.json").read_bytes(), type=Summary)
     assert (summary.steps, summary.late_replies, summary.retries) == (30, 2, 1)
-    assert summary.updates == 20 + 30 - 2 - 8, "one for each transition but the last step's, once there was a batch"
+    assert summary.updates == (20 + 30 - 2 - 8) / 2, (
+        "half of the transitions' but the last step's, once there was a batch"
+    )
     assert summary.steps_per_second == pytest.approx(30 / summary.seconds)
     assert set(summary.stages) == {"render", "infer", "transport", "learn"}
     weights, about = load_weights(tmp_path / "weights.safetensors")
