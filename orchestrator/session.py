@@ -20,6 +20,8 @@ from protocol.timeouts import Timeouts
 
 TICK = 0.2
 """Seconds between two looks at the processes."""
+LAST_BREATH = 1.0
+"""Seconds that a killed process may take to be gone."""
 
 
 class Session:
@@ -101,7 +103,8 @@ class Session:
         self._show(activity)
         self._heartbeats.pop(launch.name)
         if agent.exit_code != 0:
-            # An agent that lost a worker fails right after it: the worker's end is the reason then.
+            # An agent that lost a worker fails right after it: the end of the worker, if it is gone yet, is the reason.
+            self._stop.nap(LAST_BREATH, until=lambda: any(not worker.is_running for worker in self._fleet.workers))
             self._fleet.require_workers()
             raise ProcessFailed(agent.obituary())
 

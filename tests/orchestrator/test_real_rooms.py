@@ -50,7 +50,7 @@ def test_a_training_on_real_renders_ends_with_its_evaluation(orchestrator):
         "weights.safetensors",
         "evaluation.json",
     }
-    assert list(orchestrator.temporary.iterdir()) == []
+    assert list(orchestrator.temporary.glob("vantage-*")) == []
 
 
 def test_a_page_of_a_real_scene_has_people_and_colours(orchestrator):
