@@ -100,8 +100,8 @@ class Session:
             self._fleet.require_workers()
             self._show(activity)
             self._stop.nap(TICK, until=lambda: not agent.is_running)
-        self._show(activity)
         self._heartbeats.pop(launch.name)
+        self._show(activity)
         if agent.exit_code != 0:
             # An agent that lost a worker fails right after it: the end of the worker, if it is gone yet, is the reason.
             self._stop.nap(LAST_BREATH, until=lambda: any(not worker.is_running for worker in self._fleet.workers))

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from rich import box
 from rich.table import Table
 from rich.text import Text
 
@@ -9,13 +10,17 @@ from protocol.records import Evaluation, Interval, PolicyScore
 
 
 def evaluation_table(evaluation: Evaluation) -> Table:
-    """One row a policy, each figure with its 95% interval."""
+    """One row a policy, each figure with its 95% interval below it: so it fits a terminal of 80 columns."""
     episodes = max((score.episodes for score in evaluation.scores), default=0)
     table = Table(
         title=f"{episodes} flights on test identities (seeds from {evaluation.first_seed})",
-        caption=f"mean and 95% interval; a success ends below an uncertainty of {evaluation.success_threshold:g} of 10",
+        caption=f"mean, 95% interval; success: uncertainty below {evaluation.success_threshold:g} of 10",
         title_justify="left",
         caption_justify="left",
+        box=box.SIMPLE_HEAD,
+        show_edge=False,
+        pad_edge=False,
+        collapse_padding=True,
     )
     table.add_column("policy")
     for heading in ("return", "uncertainty", "success", "crash", "length"):
@@ -37,8 +42,8 @@ def _row(score: PolicyScore) -> tuple[Text, ...]:
 
 
 def interval_text(interval: Interval, show: Callable[[float], str]) -> str:
-    """`mean [low, high]`."""
-    return f"{show(interval.mean)} [{show(interval.low)}, {show(interval.high)}]"
+    """The mean, and `[low, high]` on the line below."""
+    return f"{show(interval.mean)}\n[{show(interval.low)}, {show(interval.high)}]"
 
 
 def _with_decimals(decimals: int) -> Callable[[float], str]:
