@@ -21,7 +21,6 @@ _BACKWARDS = np.array([-0.5, 0.0, -1.0])
 class RestArm(NamedTuple):
     """Where an arm's bones start at rest, in the body frame, metres; `side` is 1 for the left and -1 for the right."""
 
-    collar: Float64Array
     shoulder: Float64Array
     elbow: Float64Array
     wrist: Float64Array
@@ -34,14 +33,19 @@ class RestArm(NamedTuple):
 
 
 class PosedArm(NamedTuple):
-    """Rotations (3, 3) of the bones from rest, in the body frame; `upper_twist` is for the half of the upper arm
-    next to the shoulder, `lower_twist` for the half of the forearm next to the wrist."""
+    """Rotations (3, 3) of the bones from rest, in the body frame.
+
+    Attributes:
+        girdle: of the collarbone and what hangs on it.
+        upper_twist: of the half of the upper arm next to the shoulder.
+        upper: of the half next to the elbow.
+        lower: of the forearm and hand.
+    """
 
     girdle: Float64Array
     upper_twist: Float64Array
     upper: Float64Array
     lower: Float64Array
-    lower_twist: Float64Array
 
 
 def pose_arm(rest: RestArm, arm: Arm) -> PosedArm:
@@ -53,7 +57,7 @@ def pose_arm(rest: RestArm, arm: Arm) -> PosedArm:
     elbow = _elbow(target, upper_length, lower_length, _hanging(target, arm.swivel, rest.side))
     upper = _turn(rest.elbow - rest.shoulder, _hinge(rest), elbow, np.cross(elbow, target))
     lower = _turn(rest.wrist - rest.elbow, _hinge(rest), target - elbow, np.cross(elbow, target))
-    return PosedArm(girdle, _without_half_the_twist(upper, girdle, rest.elbow - rest.shoulder), upper, lower, lower)
+    return PosedArm(girdle, _without_half_the_twist(upper, girdle, rest.elbow - rest.shoulder), upper, lower)
 
 
 def _girdle(rest: RestArm, reach: Float64Array) -> Float64Array:

@@ -11,11 +11,6 @@ from protocol.skeleton import Joint
 from render_worker.arrays import RealArray
 
 
-def face_landmarks(joints: Float32Array) -> Float64Array:
-    """(18, 3) joints of the mean body, of which the hairline uses nose, eyes and ears."""
-    return np.asarray(joints, float)
-
-
 def fall_depth(points: RealArray, face: Float64Array, falls: float) -> Float32Array:
     """How far inside long hair the points of its surface lie; it falls behind the ears, to `falls` below the nose.
 

@@ -20,12 +20,14 @@ _MIDDLE = 0.95
 
 
 class Light(NamedTuple):
-    """Attributes:
-    view: (4, 4) world to the sun's clip space.
-    towards_sun: unit vector.
-    sun, sky, bounce: light from the sun, from above and from the ground.
-    air: colour of the haze.
-    lit_shade, shadow_shade: factors on the ground's sRGB image in the sun and out of it.
+    """What shines on a scene.
+
+    Attributes:
+        view: (4, 4) world to the sun's clip space.
+        towards_sun: unit vector.
+        sun, sky, bounce: light from the sun, from above and from the ground.
+        air: colour of the haze.
+        lit_shade, shadow_shade: factors on the ground's sRGB image in the sun and out of it.
     """
 
     view: Float64Array

@@ -49,12 +49,14 @@ class Corners(NamedTuple):
 
 
 class Person(NamedTuple):
-    """Attributes:
-    corners: (c, 12) float32: position, normal, texture coordinates and number, distances to edges.
-    closed: (t, 3) triangles that lie inside all edges, of surfaces whose inside can't be seen.
-    open: (u, 3) triangles that an edge crosses, or that are seen from both sides.
-    textures: (k, size, size, 3) sRGB.
-    joints: (18, 3) COCO-18 in the body frame, metres.
+    """What a renderer uploads of somebody, and where their joints are.
+
+    Attributes:
+        corners: (c, 12) float32: position, normal, texture coordinates and number, distances to edges.
+        closed: (t, 3) triangles that lie inside all edges, of surfaces whose inside can't be seen.
+        open: (u, 3) triangles that an edge crosses, or that are seen from both sides.
+        textures: (k, size, size, 3) sRGB.
+        joints: (18, 3) COCO-18 in the body frame, metres.
     """
 
     corners: Float32Array

@@ -35,10 +35,10 @@ def pose_bones(pose: BodyPose, heads: Float64Array, labels: Sequence[str]) -> Bo
     turned: dict[str, Float64Array] = {}
     for side, arm, leg in (("L", pose.left_arm, pose.left_leg), ("R", pose.right_arm, pose.right_leg)):
         turned |= _arm_bones(side, arm, heads, index)
-        turned |= _finger_bones(side, turned[f"lowerarm02.{side}"], heads, index)
+        turned |= _finger_bones(side, turned[f"lowerarm01.{side}"], heads, index)
         turned |= _leg_bones(side, leg)
     turned |= _head_bones(pose.head)
-    twists = {f"{bone}02.{side}": f"{bone}01.{side}" for side in "LR" for bone in ("upperarm", "lowerarm")}
+    twists = {f"upperarm02.{side}": f"upperarm01.{side}" for side in "LR"}
     return BonePose(
         {index[label]: turn for label, turn in turned.items()},
         {index[continuing]: index[continued] for continuing, continued in twists.items()},
@@ -46,15 +46,14 @@ def pose_bones(pose: BodyPose, heads: Float64Array, labels: Sequence[str]) -> Bo
 
 
 def _arm_bones(side: str, arm: Arm, heads: Float64Array, index: dict[str, int]) -> dict[str, Float64Array]:
-    names = ("clavicle", "upperarm01", "lowerarm01", "wrist")
-    collar, shoulder, elbow, wrist = (heads[index[f"{name}.{side}"]] for name in names)
-    posed = pose_arm(RestArm(collar, shoulder, elbow, wrist, 1 if side == "L" else -1), arm)
+    names = ("upperarm01", "lowerarm01", "wrist")
+    shoulder, elbow, wrist = (heads[index[f"{name}.{side}"]] for name in names)
+    posed = pose_arm(RestArm(shoulder, elbow, wrist, 1 if side == "L" else -1), arm)
     bones = {
         "clavicle": posed.girdle,
         "upperarm01": posed.upper_twist,
         "upperarm02": posed.upper,
         "lowerarm01": posed.lower,
-        "lowerarm02": posed.lower_twist,
     }
     return {f"{name}.{side}": turn for name, turn in bones.items()}
 

@@ -13,7 +13,7 @@ from protocol.errors import ArtifactDamaged
 from protocol.skeleton import Joint
 from render_worker.arrays import RealArray
 from render_worker.assets import Part
-from render_worker.hairline import face_landmarks, hair_depth
+from render_worker.hairline import hair_depth
 
 SIZE = 512
 """Of a mask, and of the skin's texture that it is for."""
@@ -43,7 +43,7 @@ def painted_masks(directory: Path) -> dict[str, UInt8Array]:
 
 def head_masks(skin: Part, canonical: Float32Array, regressor: Float32Array) -> dict[str, UInt8Array]:
     """Brows, scalp and beard."""
-    face = face_landmarks(regressor @ canonical)
+    face = (regressor @ canonical).astype(float)
     position, covered = _position_map(skin, canonical, lowest=float(face[Joint.NOSE, 2]) - 0.09)
     strengths = {
         "brows": _brows(position, face),

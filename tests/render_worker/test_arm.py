@@ -14,7 +14,7 @@ def rest_arm(side: int) -> RestArm:
     shoulder = np.array([0.0, 0.16 * side, 1.4])
     elbow = shoulder + UPPER * np.array([0.0, 0.6 * side, -0.8])
     wrist = elbow + LOWER * np.array([0.8, 0.36 * side, -0.48])
-    return RestArm(np.array([0.02, 0.02 * side, 1.45]), shoulder, elbow, wrist, side)
+    return RestArm(shoulder, elbow, wrist, side)
 
 
 def reach(rest: RestArm, arm: Arm) -> tuple[np.ndarray, np.ndarray]:
