@@ -3,6 +3,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -70,8 +71,6 @@ def test_a_worker_samples_and_draws_what_the_library_does(client, renderer, look
 
 @pytest.mark.slow
 def test_a_request_that_can_not_be_drawn_is_refused_and_the_worker_goes_on(client, look_at):
-    import msgspec
-
     scene = sample_scene(3, "test")
     camera = look_at(scene, 0, 3, size=(160, 120))
     with pytest.raises(Rejected, match="lava") as refused:
