@@ -8,6 +8,7 @@ Belongs to the client's I/O thread; nothing here waits.
 """
 
 import itertools
+import math
 from collections.abc import Callable, Iterator
 from enum import Enum, auto
 from typing import Any, NamedTuple
@@ -15,7 +16,7 @@ from typing import Any, NamedTuple
 from protocol.call import Call
 from protocol.codec import Envelope, decode, decode_header, encode, open_envelope, seal
 from protocol.errors import MalformedMessage, ProtocolError, VantageError, VersionMismatch, WrongRole
-from protocol.failure import error_of
+from protocol.failure import OVERLOADED, error_of
 from protocol.header import ReplyHeader, RequestHeader
 from protocol.limits import Limits
 from protocol.line import Line, LineEvent
@@ -65,6 +66,7 @@ class Connection:
         health: the worker's last pong since the handshake.
         heard: when anything last came from it.
         used: when a call was last sent on it.
+        window: how many calls the worker may hold; endless until it says that it is overloaded.
         late: replies that nobody waits for any more.
         malformed: what came and was no message.
     """
@@ -87,6 +89,7 @@ class Connection:
         self.health: Pong | None = None
         self.heard: float | None = None
         self.used = 0.0
+        self.window = math.inf
         self.late = 0
         self.malformed = 0
         self._hello = hello
@@ -143,6 +146,11 @@ class Connection:
     def refusal(self) -> VantageError | None:
         """Why no call can be made on it, once the handshake has come to nothing."""
         return None if self._greeting is None else self._objection(self._greeting)
+
+    @property
+    def has_room(self) -> bool:
+        """Whether a call can be sent now."""
+        return self.phase is Phase.OPEN and len(self.outstanding) < self.window
 
     def take_lost(self) -> list[Call]:
         """The calls that the worker held when it was lost, in the order in which they were sent."""
@@ -209,6 +217,7 @@ class Connection:
         self._asked.clear()
         self._greeting = None
         self.health = None
+        self.window = math.inf
         self.phase = Phase.BROKEN
         self._due = max(self._clock(), self._opened + _SHORTEST_LIFE)
 
@@ -230,6 +239,7 @@ class Connection:
             return None
         reply = self._decode(envelope)
         if call is not None:
+            self._fit_window(reply)
             return Answer(call, reply, header)
         self._asked.discard(header.request)
         if isinstance(reply, Pong):
@@ -237,6 +247,13 @@ class Connection:
         elif self.phase is Phase.GREETING:
             self._settle(reply, header.incarnation)
         return None
+
+    def _fit_window(self, reply: Reply | ProtocolError) -> None:
+        """Send no more than the worker takes, and try one more each time all of it was answered."""
+        if isinstance(reply, Failure) and reply.code == OVERLOADED:
+            self.window = max(1.0, len(self.outstanding))
+        else:
+            self.window += 1 / self.window
 
     def _decode(self, envelope: Envelope) -> Reply | ProtocolError:
         try:

@@ -149,7 +149,8 @@ class Dispatcher:
 
     def _dispatch(self, call: Call) -> None:
         eligible = self._eligible(call)
-        usable = [connection for connection in eligible if connection.phase is Phase.OPEN]
+        # What is for one worker alone asks how it is, which it answers also when it is full.
+        usable = [one for one in eligible if one.has_room or (call.target is not None and one.phase is Phase.OPEN)]
         if usable:
             min(usable, key=lambda one: _reluctance(one, call)).send(call)
             self._retries += call.tries > 1
@@ -158,13 +159,16 @@ class Dispatcher:
         if refusals[0] is not None and None not in refusals:
             self._remove(call)
             call.fail(refusals[0], self._clock())
-        else:
+        elif call.target is None:
             self._waiting.append(call)
+        else:
+            self._waiting.appendleft(call)
 
     def _send_waiting(self) -> None:
-        if any(connection.phase in (Phase.OPEN, Phase.REFUSED) for connection in self._connections):
-            for _ in range(len(self._waiting)):
-                self._dispatch(self._waiting.popleft())
+        for _ in range(len(self._waiting)):
+            if not any(connection.has_room or connection.phase is Phase.REFUSED for connection in self._connections):
+                break
+            self._dispatch(self._waiting.popleft())
 
     def _settle(self, connection: Connection, answer: Answer) -> None:
         call, reply, header = answer

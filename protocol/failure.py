@@ -8,6 +8,7 @@ from protocol.messages import Failure
 _LONGEST_MESSAGE = 2000
 
 VERSION_MISMATCH = "version-mismatch"
+OVERLOADED = "overloaded"
 
 
 def code_of(kind: type[Exception]) -> str:
@@ -50,4 +51,4 @@ def draining() -> Failure:
 def overloaded(queue: int) -> Failure:
     """A worker has as much in hand as it takes."""
     message = f"{queue} requests are in hand already; try again, or start more workers"
-    return Failure(code="overloaded", message=message, retryable=True)
+    return Failure(code=OVERLOADED, message=message, retryable=True)

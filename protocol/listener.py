@@ -39,12 +39,10 @@ from protocol.messages import (
     State,
     Welcome,
 )
-from protocol.sockets import Socket, received, send
+from protocol.sockets import Socket, close_router, received, send
 from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)
-
-_LAST_WORDS_MS = 1000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -253,8 +251,7 @@ class Listener:
                 self._reply(job.sender, job.number, draining())
         for _ in range(self._handlers):
             self.jobs.put(None)
-        # The last replies are on their way; all else on this socket was delivered or is not wanted.
-        self._socket.close(linger=_LAST_WORDS_MS)
+        close_router(self._socket)
 
 
 def _request_number(message: list[Part]) -> int | None:

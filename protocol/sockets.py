@@ -1,7 +1,6 @@
 """The sockets of both ends, and how whole messages go in and out of them.
 
-Every socket refuses larger parts than its limits allow before it takes memory for them, and none outlives its process
-to deliver something.
+Every socket refuses larger parts than its limits allow before it takes memory for them.
 """
 
 import math
@@ -11,7 +10,7 @@ from typing import TypeAlias
 
 import zmq
 
-from protocol.address import check_address, clear_stale_socket
+from protocol.address import check_address, clear_stale_socket, ipc_path
 from protocol.array_part import Part
 from protocol.errors import AddressUnavailable
 from protocol.limits import KIB, Limits
@@ -26,6 +25,7 @@ BORROWED_FROM = 64 * KIB
 _REPLIES_WAITING = 1024
 """Replies kept for a client that does not take them; the next ones are dropped."""
 
+_LAST_WORDS_MS = 1000
 _RECONNECT_MS = 50
 _LONGEST_RECONNECT_MS = 500
 
@@ -91,6 +91,15 @@ def bind_router(context: Context, address: str, timeouts: Timeouts, limits: Limi
         router.close()
         raise AddressUnavailable(f"{address} can't be served: {error.strerror}") from error
     return router
+
+
+def close_router(router: Socket) -> None:
+    """Close a worker's socket and remove its file; the last replies still have a moment to get through."""
+    # The file goes first: once the socket is closed another worker may have put its own there.
+    path = ipc_path(router.get_string(zmq.LAST_ENDPOINT))
+    if path is not None:
+        path.unlink(missing_ok=True)
+    router.close(linger=_LAST_WORDS_MS)
 
 
 def send(socket: Socket, parts: Sequence[Part]) -> bool:

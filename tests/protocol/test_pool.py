@@ -1,0 +1,153 @@
+"""Calls are spread over workers, and a worker's end is another's work."""
+
+import threading
+from collections.abc import Iterator
+from concurrent.futures import FIRST_COMPLETED, wait
+from contextlib import ExitStack
+
+import pytest
+
+from protocol import Limits, Pool
+from protocol.errors import DeadlineExceeded, InvalidInput, Rejected, WrongRole
+from protocol.messages import Role, SampleScene, State
+from tests.protocol.calls import PATIENT, ask
+from tests.protocol.serving import serving
+from tests.protocol.workers.scenes import scene_for
+
+
+@pytest.fixture
+def addresses(address: str) -> tuple[str, str]:
+    return f"{address}-1", f"{address}-2"
+
+
+def pool_of(addresses, **options) -> Pool:
+    return Pool(addresses, role=Role.AGENT, serves=Role.RENDER, timeouts=PATIENT, **options)
+
+
+class Tally:
+    """Handlers that count, and can be held up."""
+
+    def __init__(self) -> None:
+        self.answered = 0
+        self.may_go_on = threading.Event()
+        self.may_go_on.set()
+
+    def handlers(self):
+        return {SampleScene: self.sample}
+
+    def sample(self, request: SampleScene):
+        self.may_go_on.wait()
+        self.answered += 1
+        return scene_for(request.seed)
+
+
+@pytest.fixture
+def tallies(addresses) -> Iterator[tuple[Tally, Tally]]:
+    with ExitStack() as stack:
+        tallies = Tally(), Tally()
+        for address, tally in zip(addresses, tallies, strict=True):
+            stack.enter_context(serving(address, tally.handlers()))
+        yield tallies
+        for tally in tallies:
+            tally.may_go_on.set()
+
+
+def test_calls_one_after_the_other_take_turns(addresses, tallies):
+    with pool_of(addresses) as pool:
+        pool.wait_ready()
+        for seed in range(10):
+            assert pool.call(ask(seed)).scene.yaw == seed
+    assert [tally.answered for tally in tallies] == [5, 5]
+
+
+def test_a_call_goes_to_the_worker_with_the_fewest_in_hand(addresses, tallies):
+    held, free = tallies
+    held.may_go_on.clear()
+    with pool_of(addresses) as pool:
+        pool.wait_ready()
+        pending = [pool.submit(ask(seed)) for seed in range(2)]
+        wait(pending, return_when=FIRST_COMPLETED)
+        for seed in range(9):
+            pool.call(ask(seed))
+        assert (held.answered, free.answered) == (0, 10)
+        held.may_go_on.set()
+        assert [one.result().scene.yaw for one in pending] == [0, 1]
+
+
+def test_a_pool_tells_of_all_its_workers(addresses, tallies):
+    with pool_of(addresses) as pool:
+        assert len({welcome.incarnation for welcome in pool.wait_ready()}) == 2
+        assert [pong.state for pong in pool.ping()] == [State.READY, State.READY]
+
+
+def test_a_map_uses_all_workers_and_keeps_the_order(addresses, tallies):
+    with pool_of(addresses, limits=Limits(under_way=2)) as pool:
+        pool.wait_ready()
+        assert [reply.scene.yaw for reply in pool.map(ask(seed) for seed in range(40))] == list(range(40))
+    assert all(tally.answered > 0 for tally in tallies)
+
+
+def test_a_worker_that_ends_leaves_its_calls_to_the_other(addresses):
+    first, second = addresses
+    with serving(second), pool_of(addresses) as pool:
+        with serving(first):
+            pool.wait_ready()
+        assert [pool.call(ask(seed)).scene.yaw for seed in range(10)] == list(range(10))
+
+
+def test_a_refusal_is_taken_to_another_worker(addresses):
+    first, second = addresses
+    refuse = Tally()
+
+    def sample(request: SampleScene):
+        refuse.answered += 1
+        raise Rejected("not now", code="overloaded", retryable=True)
+
+    with serving(first, {SampleScene: sample}), serving(second), pool_of(addresses) as pool:
+        pool.wait_ready()
+        assert [pool.call(ask(seed)).scene.yaw for seed in range(4)] == list(range(4))
+    assert 0 < refuse.answered <= 4
+
+
+def test_a_worker_of_another_role_is_left_out(addresses):
+    first, second = addresses
+    with serving(first, role=Role.PERCEPTION), serving(second), pool_of(addresses) as pool:
+        assert [pool.call(ask(seed)).scene.yaw for seed in range(4)] == list(range(4))
+        with pytest.raises(WrongRole):
+            pool.wait_ready()
+
+
+def test_a_pool_of_workers_of_another_role_is_a_typed_error(addresses):
+    first, second = addresses
+    with (
+        serving(first, role=Role.PERCEPTION),
+        serving(second, role=Role.PERCEPTION),
+        pool_of(addresses) as pool,
+        pytest.raises(WrongRole),
+    ):
+        pool.call(ask(1))
+
+
+def test_a_pool_that_reaches_nobody_names_all_its_addresses(addresses):
+    first, second = addresses
+    with pool_of(addresses) as pool, pytest.raises(DeadlineExceeded, match=f"render at {first} or render at {second}"):
+        pool.call(ask(1), deadline=0.1)
+
+
+@pytest.mark.parametrize("addresses", [(), ("ipc:///a", "ipc:///a")])
+def test_a_pool_has_one_or_more_different_addresses(addresses):
+    with pytest.raises(InvalidInput, match="one or more different addresses"):
+        pool_of(addresses)
+
+
+@pytest.mark.slow
+def test_what_a_killed_worker_held_goes_to_the_other_at_once(addresses, start):
+    first, second = addresses
+    doomed = start("never_answers", first)
+    with serving(second), pool_of(addresses) as pool:
+        pool.wait_ready()
+        pending = [pool.submit(ask(seed)) for seed in range(10)]
+        pool.ping()
+        doomed.kill()
+        assert [one.result().scene.yaw for one in pending] == list(range(10))
+        assert pool.statistics.losses > 0

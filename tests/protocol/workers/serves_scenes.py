@@ -1,0 +1,19 @@
+"""Behaves: answers with the scene whose yaw is the seed. A negative seed takes that many milliseconds first."""
+
+import sys
+import time
+
+from scenes import scene_for
+
+from protocol import serve
+from protocol.logs import configure
+from protocol.messages import Role, Sampled, SampleScene
+
+
+def sample(request: SampleScene) -> Sampled:
+    time.sleep(max(0, -request.seed) / 1000)
+    return scene_for(request.seed)
+
+
+configure("render")
+serve(lambda: {SampleScene: sample}, role=Role.RENDER, bind=sys.argv[1])
