@@ -1,6 +1,5 @@
 """The language that all of Vantage's processes speak: messages, the types in them, and how they travel."""
 
-from protocol.caller import Caller
 from protocol.client import Client
 from protocol.dispatcher import Statistics
 from protocol.limits import Limits
@@ -9,4 +8,4 @@ from protocol.pool import Pool
 from protocol.server import Handlers, serve
 from protocol.timeouts import Timeouts
 
-__all__ = ["Caller", "Client", "Handlers", "Limits", "Pending", "Pool", "Statistics", "Timeouts", "Timing", "serve"]
+__all__ = ["Client", "Handlers", "Limits", "Pending", "Pool", "Statistics", "Timeouts", "Timing", "serve"]

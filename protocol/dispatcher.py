@@ -165,10 +165,10 @@ class Dispatcher:
             self._waiting.appendleft(call)
 
     def _send_waiting(self) -> None:
-        for _ in range(len(self._waiting)):
-            if not any(connection.has_room or connection.phase is Phase.REFUSED for connection in self._connections):
-                break
-            self._dispatch(self._waiting.popleft())
+        waiting, self._waiting = self._waiting, deque()
+        while waiting and any(one.has_room or one.phase is Phase.REFUSED for one in self._connections):
+            self._dispatch(waiting.popleft())
+        self._waiting.extend(waiting)
 
     def _settle(self, connection: Connection, answer: Answer) -> None:
         call, reply, header = answer

@@ -1,0 +1,58 @@
+"""What is put in by any thread comes out once, in order, and wakes the reader."""
+
+import select
+import threading
+
+from protocol.mailbox import Mailbox
+
+
+def is_readable(mailbox: Mailbox, seconds: float) -> bool:
+    return bool(select.select([mailbox], [], [], seconds)[0])
+
+
+def test_things_come_out_once_and_in_order():
+    mailbox: Mailbox[int] = Mailbox()
+    for number in range(3):
+        mailbox.put(number)
+    assert mailbox.take() == [0, 1, 2]
+    assert mailbox.take() == []
+    mailbox.close()
+
+
+def test_the_reader_is_woken():
+    mailbox: Mailbox[int] = Mailbox()
+    thread = threading.Timer(0.05, mailbox.put, [1])
+    assert not is_readable(mailbox, 0)
+    thread.start()
+    assert is_readable(mailbox, 20)
+    mailbox.take()
+    assert not is_readable(mailbox, 0)
+    thread.join()
+    mailbox.close()
+
+
+def test_nothing_is_lost_between_threads():
+    mailbox: Mailbox[int] = Mailbox()
+
+    def put_all(numbers: range) -> None:
+        for number in numbers:
+            mailbox.put(number)
+
+    threads = [threading.Thread(target=put_all, args=(range(start, 20_000, 4),)) for start in range(4)]
+    for thread in threads:
+        thread.start()
+    taken: list[int] = []
+    while len(taken) < 20_000:
+        assert is_readable(mailbox, 20)
+        taken += mailbox.take()
+    for thread in threads:
+        thread.join()
+    assert sorted(taken) == list(range(20_000))
+    mailbox.close()
+
+
+def test_what_is_put_after_the_end_is_kept_and_harms_nobody():
+    mailbox: Mailbox[int] = Mailbox()
+    mailbox.close()
+    mailbox.put(1)
+    assert mailbox.take() == [1]

@@ -1,0 +1,17 @@
+"""Behaves, but for a start that takes ten minutes."""
+
+import sys
+import time
+
+from protocol import Handlers, serve
+from protocol.logs import configure
+from protocol.messages import Role
+
+
+def start() -> Handlers:
+    time.sleep(600)
+    return {}
+
+
+configure("render")
+serve(start, role=Role.RENDER, bind=sys.argv[1])
