@@ -38,6 +38,8 @@ from protocol.timeouts import Timeouts
 _SHORTEST_LIFE = 0.05
 """Seconds between two tries to open a connection that breaks at once, again and again."""
 
+_LONGEST_HEARTBEAT = 10.0
+
 
 class Phase(Enum):
     """Where a connection stands."""
@@ -196,9 +198,9 @@ class Connection:
 
     @property
     def _heartbeat(self) -> float:
-        """The slower of both sides' wishes; a NaN on the wire loses the comparison."""
+        """The slower of both sides' wishes, within reason: what a worker wishes may be anything, even NaN."""
         wished = self._greeting.heartbeat if isinstance(self._greeting, Welcome) else 0.0
-        return max(self._timeouts.heartbeat, wished)
+        return max(self._timeouts.heartbeat, min(wished, _LONGEST_HEARTBEAT))
 
     def _watch(self) -> None:
         for event in self._line.events():

@@ -67,18 +67,18 @@ def serve(
             limits=limits,
         )
         _log.info("%s listens at %s", role, bind, extra={"incarnation": listener.incarnation})
-        _run(listener, start, concurrency)
+        with _drain_by_signal(listener):
+            _run(listener, start, concurrency)
         _log.info("%s at %s has ended", role, bind)
 
 
 def _run(listener: Listener, start: Callable[[], Handlers], concurrency: int) -> None:
     listener.start()
     try:
-        with _drain_by_signal(listener):
-            with _interruption_by_signal():
-                handlers = start()
-            listener.ready()
-            _handle_all(listener, handlers, concurrency)
+        with _interruption_by_signal():
+            handlers = start()
+        listener.ready()
+        _handle_all(listener, handlers, concurrency)
     except _StartInterrupted:
         _log.info("ended by a signal while starting")
     finally:

@@ -26,6 +26,7 @@ _REPLIES_WAITING = 1024
 """Replies kept for a client that does not take them; the next ones are dropped."""
 
 _LAST_WORDS_MS = 1000
+_LONGEST_POLL = 60.0
 _RECONNECT_MS = 50
 _LONGEST_RECONNECT_MS = 500
 
@@ -130,8 +131,8 @@ def received(socket: Socket, limits: Limits, most: int = 64) -> Iterator[list[Pa
 
 
 def poll_timeout(seconds: float) -> int:
-    """Milliseconds to wait, rounded up so that what is due is due when the poll ends."""
-    return max(0, math.ceil(seconds * 1000))
+    """Milliseconds to wait, rounded up so that what is due is due when the poll ends; a minute at most."""
+    return math.ceil(min(max(0.0, seconds), _LONGEST_POLL) * 1000)
 
 
 def _open(context: Context, kind: int, address: str, timeouts: Timeouts, limits: Limits) -> Socket:

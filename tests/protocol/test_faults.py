@@ -129,6 +129,16 @@ def test_a_worker_that_is_another_in_every_reply_is_lost(address, start):
         client.call(ask(1), deadline=3.0)
 
 
+def test_a_worker_that_wants_no_pings_keeps_no_call_from_its_deadline(address, start):
+    start("wants_no_pings")
+    with client_of(address) as client, pytest.raises(MalformedMessage, match="answered SampleScene with Welcome"):
+        client.call(ask(1))
+
+
+def test_a_process_that_forgets_to_close_its_client_still_ends(address, start):
+    assert start("forgets_to_close").wait(20) == 0
+
+
 def test_a_worker_of_another_version_is_a_typed_error(address, start):
     start("speaks_versions_7_to_9")
     with client_of(address) as client:
