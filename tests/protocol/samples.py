@@ -87,6 +87,7 @@ def observation() -> Observation:
         quality=ramp**2,
         filter=FilterState.initial((1.0, 2.0, 3.0)),
         heatmaps=np.arange(19 * 2 * 3, dtype=np.float32).reshape(19, 2, 3),
+        heatmap_area=(1, 0, 6, 4),
         joints=np.zeros((18, 3)),
         visible=np.ones(18, bool),
         timings={"infer": 0.5, "lift": 0.125},

@@ -114,6 +114,7 @@ observations = st.builds(
     quality=floats64(18),
     filter=filter_state,
     heatmaps=st.none() | st.tuples(st.integers(0, 3), st.integers(0, 3)).flatmap(lambda size: floats32(19, *size)),
+    heatmap_area=st.none() | st.tuples(whole, whole, whole, whole),
     joints=joints,
     visible=visible,
     timings=timings,

@@ -1,10 +1,13 @@
 """The sockets' own promises; what they carry is tested with the client and the server."""
 
+import math
+
+import pytest
 import zmq
 from zmq.utils.monitor import recv_monitor_message
 
 from protocol.limits import DEFAULT_LIMITS
-from protocol.sockets import connect_dealer
+from protocol.sockets import connect_dealer, poll_timeout
 from protocol.timeouts import DEFAULT_TIMEOUTS
 
 
@@ -21,3 +24,10 @@ def test_the_monitor_is_there_before_the_connection_is_made():
         dealer.disable_monitor()
         for socket in (monitor, dealer, listening):
             socket.close()
+
+
+@pytest.mark.parametrize(
+    ("seconds", "milliseconds"), [(-1.0, 0), (0.0, 0), (0.0001, 1), (0.0021, 3), (1.0, 1000), (math.inf, 60_000)]
+)
+def test_a_poll_never_ends_before_what_it_waits_for_nor_lasts_for_ever(seconds, milliseconds):
+    assert poll_timeout(seconds) == milliseconds
