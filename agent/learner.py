@@ -2,6 +2,7 @@
 
 from typing import Any, Protocol, TypeAlias
 
+import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
@@ -74,6 +75,15 @@ class Learner(Protocol):
             ArtifactDamaged: a parameter is missing, unknown, or has another shape.
         """
         ...
+
+
+def learned_rewards(rewards: Float64Array, floor: float, scale: float) -> Float32Array:
+    """Rewards (n,) as critics learn them: cut at `floor`, then scaled.
+
+    A crash costs as much as a whole poor flight. Regressed on as it is, its error is larger than all that tells one
+    view from another; cut, it is still dearer than any view. Evaluation counts rewards as they are.
+    """
+    return (np.maximum(rewards, floor) * scale).astype(np.float32)
 
 
 def make_learner(config: LearnerConfig, *, num_envs: int, seed: int) -> Learner:

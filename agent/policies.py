@@ -27,7 +27,7 @@ _Pilot: TypeAlias = Callable[[EnvironmentConfig, Flight], Float64Array]
 _CLEARANCE = 0.5
 """Metres kept from the keep-out on the way around the person."""
 
-_RANDOM, _NOISE = 0x4A2D, 0x2015E
+_RANDOM, _NOISE, _WILDNESS = 0x4A2D, 0x2015E, 0x317D
 """Keep the random streams of policies apart from others with the same seed."""
 
 
@@ -43,10 +43,14 @@ def baseline(name: str, config: EnvironmentConfig) -> Policy:
 
 
 def scripted(config: EnvironmentConfig, noise: float) -> Policy:
-    """Flights to the front with normal noise of `noise` m/s on each velocity, to fill a replay memory with."""
+    """Flights to the front with normal noise on each velocity, to fill a replay memory with.
+
+    Every flight has a standard deviation of its own, up to `noise` m/s: steady ones show what pays, wild ones what a
+    crash costs.
+    """
 
     def fly(observations: Float32Array, flights: Sequence[Flight]) -> Float32Array:
-        velocities = [front(config, flight) + noise * _rng(flight, _NOISE).normal(size=3) for flight in flights]
+        velocities = [front(config, flight) + _noise(flight, noise) for flight in flights]
         return np.clip(velocities, -MAX_SPEED, MAX_SPEED).astype(np.float32)
 
     return fly
@@ -104,6 +108,11 @@ def _around(way: Float64Array, to_person: Float64Array, clearance: float) -> Flo
     cosine, sine = math.cos(turn), math.sin(turn)
     x, y = to_person / distance * length
     return np.array([cosine * x - sine * y, sine * x + cosine * y])
+
+
+def _noise(flight: Flight, most: float) -> Float64Array:
+    deviation = most * np.random.default_rng((flight.seed, _WILDNESS)).random()
+    return deviation * _rng(flight, _NOISE).normal(size=3)
 
 
 def _rng(flight: Flight, stream: int) -> np.random.Generator:

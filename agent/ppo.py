@@ -13,7 +13,7 @@ from skrl.memories.torch import RandomMemory
 from skrl.models.torch import Model
 
 from agent.features import Features
-from agent.learner import Statistics, Transition
+from agent.learner import Statistics, Transition, learned_rewards
 from agent.networks import GaussianPolicy, Value
 from agent.randomness import random_state, restore_random_state, seed_all
 from agent.skrl_state import (
@@ -67,11 +67,13 @@ class PpoLearner:
 
     def observe(self, transition: Transition) -> None:
         """Keep the step that followed the last `act`."""
+        config = self._config
+        rewards = learned_rewards(transition.rewards, config.reward_floor, config.reward_scale)
         unused: dict[str, Any] = {"states": None, "next_states": None, "infos": None, "timestep": 0, "timesteps": 0}
         self._agent.record_transition(
             observations=torch.from_numpy(transition.observations),
             actions=torch.from_numpy(transition.actions),
-            rewards=torch.from_numpy(transition.rewards * self._config.reward_scale).float()[:, None],
+            rewards=torch.from_numpy(rewards)[:, None],
             next_observations=torch.from_numpy(transition.next_observations),
             terminated=torch.from_numpy(transition.terminated)[:, None],
             truncated=torch.from_numpy(transition.truncated)[:, None],

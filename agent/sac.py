@@ -13,7 +13,7 @@ from skrl.memories.torch import RandomMemory
 from skrl.models.torch import Model
 
 from agent.features import Features
-from agent.learner import Statistics, Transition
+from agent.learner import Statistics, Transition, learned_rewards
 from agent.networks import Critic, SquashedPolicy
 from agent.randomness import random_state, restore_random_state, seed_all
 from agent.skrl_state import (
@@ -63,10 +63,12 @@ class SacLearner:
 
     def observe(self, transition: Transition) -> None:
         """Keep a step of every drone; a truncated one is bootstrapped from its final observation, a crash is not."""
+        config = self._config
+        rewards = learned_rewards(transition.rewards, config.reward_floor, config.reward_scale)
         samples: dict[str, Any] = {
             "observations": torch.from_numpy(transition.observations),
             "actions": torch.from_numpy(transition.actions),
-            "rewards": torch.from_numpy(transition.rewards * self._config.reward_scale)[:, None],
+            "rewards": torch.from_numpy(rewards)[:, None],
             "next_observations": torch.from_numpy(transition.next_observations),
             "terminated": torch.from_numpy(transition.terminated)[:, None],
         }

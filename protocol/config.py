@@ -94,7 +94,7 @@ class EnvironmentConfig(_Section, frozen=True):
     target_height: Positive = 1.2
     uncertainty_scale: Positive = 1 / 54
     distance_scale: Positive = 1 / 9
-    penalty: Annotated[float, Meta(lt=0)] = -200.0
+    penalty: Annotated[float, Meta(lt=0)] = -100.0
     keep_out: Positive = 1.5
     half_width: Positive = 9.0
     lowest: Positive = 0.5
@@ -109,7 +109,8 @@ class SacConfig(_Section, frozen=True):
     Attributes:
         memory: transitions kept; `batch`: drawn from them for an update.
         updates_per_step: gradient updates for each transition.
-        reward_scale: on rewards as the critics see them, so that returns are about 1 to 10 in size.
+        reward_floor: rewards below are learned as this, so that a crash does not drown what tells good views apart.
+        reward_scale: on rewards as the critics see them, against the entropy that the policy is paid for.
         initial_entropy: the entropy coefficient's first value; it is learned.
     """
 
@@ -121,7 +122,8 @@ class SacConfig(_Section, frozen=True):
     discount: Fraction = 0.98
     polyak: Fraction = 0.005
     initial_entropy: Positive = 0.2
-    reward_scale: Positive = 1.0
+    reward_floor: Annotated[float, Meta(lt=0)] = -30.0
+    reward_scale: Positive = 10.0
 
 
 class PpoConfig(_Section, frozen=True):
@@ -129,7 +131,7 @@ class PpoConfig(_Section, frozen=True):
 
     Attributes:
         rollout: steps of every drone between two updates; `epochs` over them in `minibatches` each.
-        reward_scale: as for SAC.
+        reward_floor, reward_scale: as for SAC.
     """
 
     hidden: tuple[Count, ...] = (256, 256)
@@ -141,6 +143,7 @@ class PpoConfig(_Section, frozen=True):
     gae_lambda: Fraction = 0.95
     clip: Positive = 0.2
     entropy: NotNegative = 0.0
+    reward_floor: Annotated[float, Meta(lt=0)] = -30.0
     reward_scale: Positive = 1.0
 
 
@@ -158,14 +161,14 @@ class TrainingConfig(_Section, frozen=True):
     Attributes:
         steps: flown by the learner.
         prefill: of scripted flights before that, to fill the replay memory; none where the learner has no use for them.
-        prefill_noise: standard deviation of what is added to each scripted velocity, m/s.
+        prefill_noise: of scripted velocities, m/s; each flight has a standard deviation of its own, up to this.
         log_every: between two points of the curves.
         save_every: between two writings of the weights.
     """
 
     steps: Count = 10_000
     prefill: CountOrNone = 1_000
-    prefill_noise: NotNegative = 0.5
+    prefill_noise: NotNegative = 1.5
     log_every: Count = 100
     save_every: Count = 1_000
 

@@ -14,7 +14,7 @@ from tests.agent.analytic_eyes import AnalyticEyes
 
 DRONES = 2
 FLIGHTS = EnvironmentConfig(num_envs=DRONES, episode_steps=7)
-SAC = SacConfig(hidden=(16, 16), memory=32, batch=8, updates_per_step=0.5)
+SAC = SacConfig(reward_scale=1.0, hidden=(16, 16), memory=32, batch=8, updates_per_step=0.5)
 PPO = PpoConfig(hidden=(16, 16), rollout=6, epochs=2, minibatches=2)
 
 
