@@ -12,9 +12,9 @@ _expiry: ContextVar[float] = ContextVar("expiry")
 
 
 @contextmanager
-def deadline(expires: float) -> Generator[None]:
-    """Bound all calls made inside, in this thread, by a moment of `time.monotonic`."""
-    token = _expiry.set(expires)
+def deadline(seconds: float) -> Generator[None]:
+    """Bound all calls made inside, in this thread."""
+    token = _expiry.set(time.monotonic() + seconds)
     try:
         yield
     finally:
@@ -23,5 +23,5 @@ def deadline(expires: float) -> Generator[None]:
 
 def remaining(otherwise: float) -> float:
     """Seconds until the surrounding deadline, or `otherwise` if that is sooner or there is none."""
-    expires = _expiry.get(None)
-    return otherwise if expires is None else min(otherwise, expires - time.monotonic())
+    expiry = _expiry.get(None)
+    return otherwise if expiry is None else min(otherwise, expiry - time.monotonic())

@@ -168,15 +168,13 @@ class Listener:
     def _take(self, parts: list[Part]) -> None:
         """Answer or queue one message; nothing that a peer sends ends this thread."""
         sender, *message = parts
-        number = None
         try:
-            number = _request_number(message)
             envelope = open_envelope(message, self._limits)
             header = decode_header(envelope.header, RequestHeader)
             self._handle(sender, header, decode(envelope, self._limits))
         except ProtocolError as error:
             self._count_malformed(error)
-            if number is not None:
+            if (number := _request_number(message)) is not None:
                 self._reply(sender, number, failure_of(error))
 
     def _handle(self, sender: Part, header: RequestHeader, message: Message) -> None:

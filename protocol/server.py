@@ -117,7 +117,7 @@ def _reply_to(job: Job, handlers: Handlers, now: float) -> Reply:
     if now >= job.expires:
         return Failure(code="deadline-exceeded", message=f"{name} waited in the queue until its deadline")
     try:
-        with deadline(job.expires):
+        with deadline(job.expires - now):
             reply = handler(job.request)
     except VantageError as error:
         return failure_of(error)

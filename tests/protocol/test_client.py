@@ -99,18 +99,24 @@ def test_a_map_that_is_left_cancels_what_is_under_way(address):
 
 
 def test_timing_tells_where_the_time_went(address):
+    both_are_there = threading.Event()
+
     def sample(request: SampleScene):
+        both_are_there.wait(20)
         time.sleep(0.02)
         return scene_for(request.seed)
 
     with serving(address, {SampleScene: sample}), client_of(address) as client:
         first, second = client.submit(ask(1)), client.submit(ask(2))
+        while client.ping().queue_depth < 2:
+            pass
+        both_are_there.set()
         with pytest.raises(InvalidStateError):
             _ = second.timing
         first.result()
         second.result()
         assert second.timing.compute >= 0.02
-        assert second.timing.queue >= 0.01
+        assert second.timing.queue >= 0.02
         parts = second.timing.queue + second.timing.compute + second.timing.transport
         assert math.isclose(parts, second.timing.wall)
         assert second.timing.transport > 0

@@ -27,8 +27,8 @@ def test_a_worker_that_never_answers_is_told_with_its_health(address, start):
         with pytest.raises(DeadlineExceeded) as caught:
             client.call(ask(1), deadline=0.2)
     message = str(caught.value)
-    assert message.startswith(f"render at {address} did not answer SampleScene within 0.2 s (1 try); it was heard 0.")
-    assert "s ago, ready, with 0 requests in hand and 0 answered" in message
+    assert message.startswith(f"render at {address} did not answer SampleScene within 0.2 s (1 try); it was heard ")
+    assert " s ago, ready, with 0 requests in hand and 0 answered; allow it more time" in message
 
 
 def test_a_late_reply_is_not_taken_for_the_next_answer(address, start):
@@ -71,13 +71,13 @@ def test_a_worker_that_is_killed_in_mid_call_and_not_started_again_is_lost(addre
     worker = start("never_answers")
     with client_of(address) as client:
         client.wait_ready()
-        pending = client.submit(ask(1), deadline=0.5)
+        pending = client.submit(ask(1), deadline=2.0)
         client.ping()
         worker.kill()
         with pytest.raises(WorkerLost) as caught:
             pending.result()
         assert str(caught.value) == (
-            f"worker at {address} was lost while it held SampleScene, and none took it within 0.5 s (1 try); "
+            f"worker at {address} was lost while it held SampleScene, and none took it within 2 s (1 try); "
             "is it running? See 'orchestrator status'"
         )
         assert client.statistics.losses == 1
