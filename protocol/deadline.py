@@ -14,7 +14,7 @@ _expiry: ContextVar[float] = ContextVar("expiry")
 @contextmanager
 def deadline(seconds: float) -> Generator[None]:
     """Bound all calls made inside, in this thread."""
-    token = _expiry.set(time.monotonic() + seconds)
+    token = _expiry.set(time.monotonic() + remaining(seconds))
     try:
         yield
     finally:

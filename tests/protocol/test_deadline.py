@@ -24,6 +24,8 @@ def test_the_outer_deadline_is_back_after_the_inner_one():
     with deadline(100.0):
         with deadline(1.0):
             assert remaining(1000.0) <= 1.0
+            with deadline(50.0):
+                assert remaining(1000.0) <= 1.0
         assert remaining(1000.0) > 90.0
     assert remaining(1000.0) == 1000.0
 
