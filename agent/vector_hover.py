@@ -108,9 +108,8 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
                 drone; or none, to go on with the run's next episodes.
         """
         self._under_way = None
-        if isinstance(seed, int) or (seed is None and not self.flights):
-            super().reset(seed=seed, options=options)
-            self._run_seed, self._begun = drawn_seed(self.np_random) if seed is None else seed, 0
+        if not isinstance(seed, Sequence):
+            self._begin_run(None if seed is None else int(seed))
         looking = [self._looking(self._taken_off(one)) for one in self._first_seeds(seed)]
         landed = [_Landed(flight, 0.0, False, times, None) for flight, times in [one.landed() for one in looking]]
         self.flights = tuple(step.flight for step in landed)
@@ -166,6 +165,13 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         """`send` and `receive` at once."""
         self.send(actions)
         return self.receive()
+
+    def _begin_run(self, seed: int | None) -> None:
+        """Count episodes anew for a seed; without one, go on with those of the run before, if there was one."""
+        if seed is None and self.flights:
+            return
+        super().reset(seed=seed)
+        self._run_seed, self._begun = drawn_seed(self.np_random) if seed is None else seed, 0
 
     def _first_seeds(self, seed: int | Sequence[int] | None) -> list[int]:
         if isinstance(seed, Sequence):

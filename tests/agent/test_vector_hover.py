@@ -130,6 +130,20 @@ def test_the_next_reset_goes_on_with_the_next_episodes(eyes: AnalyticEyes) -> No
     assert [flight.seed for flight in env.flights] == [episode_seed(2, number) for number in (3, 4, 5)]
 
 
+@pytest.mark.parametrize("seed", [2, np.int64(2)])
+def test_a_run_is_named_by_any_whole_number(eyes: AnalyticEyes, seed) -> None:
+    env = VectorHover(eyes, config=SHORT)
+    env.reset(seed=seed)
+    assert [flight.seed for flight in env.flights] == [episode_seed(2, number) for number in (0, 1, 2)]
+
+
+def test_without_a_seed_every_run_is_another(eyes: AnalyticEyes) -> None:
+    runs = [VectorHover(eyes, config=SHORT) for _ in range(2)]
+    for env in runs:
+        env.reset()
+    assert {flight.seed for flight in runs[0].flights}.isdisjoint(flight.seed for flight in runs[1].flights)
+
+
 def test_episodes_can_be_named_by_their_own_seeds(eyes: AnalyticEyes) -> None:
     env = VectorHover(eyes, config=SHORT)
     env.reset(seed=[11, 12, 13])
