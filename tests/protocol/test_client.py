@@ -65,10 +65,15 @@ def test_many_calls_of_several_threads_each_get_their_own_reply(address):
 
 
 def test_more_calls_than_a_worker_takes_at_once_are_all_answered(address):
-    with serving(address, limits=Limits(queue=2)), client_of(address) as client:
+    def sample(request: SampleScene):
+        time.sleep(0.002)
+        return scene_for(request.seed)
+
+    with serving(address, {SampleScene: sample}, limits=Limits(queue=2)), client_of(address) as client:
         pending = [client.submit(ask(seed)) for seed in range(100)]
         assert [one.result().scene.yaw for one in pending] == list(range(100))
-        assert client.statistics.retries > 0
+        # Each is bounced once, in the first rush; after that the client knows how many the worker takes.
+        assert 0 < client.statistics.retries < 200
 
 
 def test_map_keeps_the_order_and_a_bound(address):
