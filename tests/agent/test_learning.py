@@ -16,7 +16,7 @@ from tests.agent.analytic_eyes import AnalyticEyes
 pytestmark = pytest.mark.slow
 
 FLIGHTS = EnvironmentConfig()
-LEARNER = LearnerConfig(sac=SacConfig(hidden=(64, 64), batch=128), ppo=PpoConfig(hidden=(64, 64)))
+LEARNER = LearnerConfig(sac=SacConfig(hidden=(128, 128), batch=128), ppo=PpoConfig(hidden=(64, 64)))
 
 
 def median_return(policy: Policy) -> float:
@@ -25,7 +25,7 @@ def median_return(policy: Policy) -> float:
     return statistics.median(flight.total_reward for flight in flights)
 
 
-@pytest.mark.parametrize(("algorithm", "prefill", "steps"), [("sac", 1000, 3000), ("ppo", 0, 16_000)])
+@pytest.mark.parametrize(("algorithm", "prefill", "steps"), [("sac", 1000, 4000), ("ppo", 0, 16_000)])
 def test_a_trained_policy_sees_more_than_one_that_stays(algorithm, prefill, steps) -> None:
     learner = make_learner(replace(LEARNER, algorithm=algorithm), num_envs=FLIGHTS.num_envs, seed=0)
     script = scripted(FLIGHTS, 1.5)
