@@ -38,12 +38,12 @@ class Logbook:
         self._flown = 0
         self.begin("prefill", "", 0)
 
-    def begin(self, phase: Phase, policy: str, steps: int) -> None:
-        """A phase of so many environment steps, flown by the policy of that name."""
+    def begin(self, phase: Phase, policy: str, steps: int, *, done: int = 0) -> None:
+        """A phase of so many environment steps, some of them perhaps done, flown by the policy of that name."""
         self._phase: Phase = phase
         self._policy = policy
         self._steps = steps
-        self._step = 0
+        self._step = done
         self._pace = Pace(self._clocks.steady)
         self._written = self._clocks.steady()
 

@@ -65,7 +65,7 @@ class Training:
         summary = self._summary(self._clocks.steady() - begun, calls())
         self._save()
         self._journal.summary(summary)
-        self._logbook.begin("done", "", training.steps)
+        self._logbook.begin("done", "", training.steps, done=self._trained)
         self._logbook.write_progress()
         return summary
 

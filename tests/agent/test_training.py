@@ -153,7 +153,8 @@ def test_a_request_to_stop_leaves_weights_and_a_summary(tmp_path) -> None:
     summary = trained(tmp_path, stop=asked.__next__)
     assert summary.steps == 8, "four steps of two drones, after ten of the script"
     assert load_weights(tmp_path / "weights.safetensors")[1]["steps"] == "8"
-    assert lines(tmp_path / "progress.jsonl", Progress)[-1].phase == "done"
+    last = lines(tmp_path / "progress.jsonl", Progress)[-1]
+    assert (last.phase, last.step, last.steps) == ("done", 8, 30)
 
 
 def test_a_request_to_stop_while_prefilling_does_not_begin_to_train(tmp_path) -> None:
