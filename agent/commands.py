@@ -50,7 +50,7 @@ def train_run(run: Path, workers: Workers) -> Summary:
         InvalidConfig, DeadlineExceeded, CallFailed: see `protocol.errors`; weights written before then stay.
     """
     config = load_config(run / "config.toml")
-    learner = make_learner(config.learner, num_envs=config.environment.num_envs, seed=config.seed)
+    learner = make_learner(config.learner, config.environment, seed=config.seed)
     with _eyes(config, workers) as (eyes, calls), Journal(run) as journal, stop_on_signals() as stop:
         env = VectorHover(eyes, config=config.environment)
         training = Training(run, config, env=env, learner=learner, journal=journal, clocks=_CLOCKS, stop=stop)
@@ -126,7 +126,7 @@ def _policies(run: Path, config: RunConfig, names: Sequence[str]) -> dict[str, P
 
 
 def _trained(run: Path, config: RunConfig) -> Policy:
-    learner = make_learner(config.learner, num_envs=config.environment.num_envs, seed=config.seed)
+    learner = make_learner(config.learner, config.environment, seed=config.seed)
     weights, about = load_weights(run / FILE_NAME)
     learner.load_weights(weights)
     _log.info("flying weights of %s steps", about.get("steps", "unknown"))

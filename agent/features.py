@@ -9,15 +9,16 @@ import torch
 from torch import Tensor, nn
 
 from agent.spaces import COORDINATES
+from protocol.config import EnvironmentConfig
 from protocol.skeleton import JOINT_COUNT, Joint
 
-_LENGTH = 9.0
-"""Metres: half the workspace's width, so that positions in it come out in [-1, 1]."""
+_REACH = 2.0
+"""Metres from a wall or from the keep-out at which it begins to be felt: some steps' flight."""
 
 _LEFT = [Joint.LEFT_SHOULDER, Joint.LEFT_HIP, Joint.LEFT_EYE, Joint.LEFT_EAR]
 _RIGHT = [Joint.RIGHT_SHOULDER, Joint.RIGHT_HIP, Joint.RIGHT_EYE, Joint.RIGHT_EAR]
 
-FEATURE_SIZE = 2 + 2 + 3 + 3 * JOINT_COUNT + JOINT_COUNT + 2 * len(_LEFT) + 2
+FEATURE_SIZE = 2 + 2 + 3 + 4 + 3 * JOINT_COUNT + JOINT_COUNT + 2 * len(_LEFT) + 2
 
 
 class Features(nn.Module):
@@ -26,6 +27,10 @@ class Features(nn.Module):
     It stands where skrl has its running scalers: lengths and variances have known ranges here, and a scale that moves
     with the replay would change what an old transition means.
     """
+
+    def __init__(self, workspace: EnvironmentConfig) -> None:
+        super().__init__()
+        self._workspace = workspace
 
     def forward(self, observations: Tensor, train: bool = False) -> Tensor:
         """Features of a batch. `train` is skrl's word to running scalers; it changes nothing here."""
@@ -39,10 +44,32 @@ class Features(nn.Module):
         bearing = offset / distance
         around = torch.cat([joints[:, :, :2] - person[:, None], joints[:, :, 2:]], dim=2)
         around = to_drone_frame(around, bearing[:, None]) * trust[:, :, None]
-        range_ = torch.cat([distance / _LENGTH, 2.0 / distance], dim=1)
-        return torch.cat(
-            [bearing, range_, drone / _LENGTH, around.flatten(1), trust, _facing(around, trust).flatten(1)], dim=1
-        )
+        place = self._place(drone, distance)
+        limits = self._limits(drone, distance, bearing)
+        return torch.cat([bearing, place, limits, around.flatten(1), trust, _facing(around, trust).flatten(1)], dim=1)
+
+    def _place(self, drone: Tensor, distance: Tensor) -> Tensor:
+        """(n, 5) how far the drone is from the person, and where in the workspace, in its own units."""
+        space = self._workspace
+        middle, half = (space.highest + space.lowest) / 2, (space.highest - space.lowest) / 2
+        height = (drone[:, 2:] - middle) / half
+        return torch.cat([distance / space.half_width, 2.0 / distance, drone[:, :2] / space.half_width, height], dim=1)
+
+    def _limits(self, drone: Tensor, distance: Tensor, bearing: Tensor) -> Tensor:
+        """(n, 4) what the drone must not fly into, 1 at the limit and 0 from `_REACH` on.
+
+        The walls as a vector towards them in the drone's frame, floor and ceiling as its third component, the keep-out.
+        """
+        space = self._workspace
+        walls = _nearness(space.half_width - drone[:, :2].abs()) * drone[:, :2].sign()
+        upright = _nearness(space.highest - drone[:, 2:]) - _nearness(drone[:, 2:] - space.lowest)
+        towards = to_drone_frame(torch.cat([walls, upright], dim=1), bearing)
+        return torch.cat([towards, _nearness(distance - space.keep_out)], dim=1)
+
+
+def _nearness(room: Tensor) -> Tensor:
+    """1 where there is no room left, 0 where there are `_REACH` metres of it."""
+    return (1.0 - room / _REACH).clamp(0.0, 1.5)
 
 
 def to_drone_frame(vectors: Tensor, bearing: Tensor) -> Tensor:

@@ -7,7 +7,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from protocol.arrays import BoolArray, Float32Array, Float64Array
-from protocol.config import LearnerConfig
+from protocol.config import EnvironmentConfig, LearnerConfig
 
 Statistics: TypeAlias = dict[str, float]
 """Names as TensorBoard shows them, and values."""
@@ -86,12 +86,12 @@ def learned_rewards(rewards: Float64Array, floor: float, scale: float) -> Float3
     return (np.maximum(rewards, floor) * scale).astype(np.float32)
 
 
-def make_learner(config: LearnerConfig, *, num_envs: int, seed: int) -> Learner:
-    """A new learner, and every random generator of this process seeded. Loads torch."""
+def make_learner(config: LearnerConfig, environment: EnvironmentConfig, *, seed: int) -> Learner:
+    """A new learner for an environment, and every random generator of this process seeded. Loads torch."""
     if config.algorithm == "ppo":
         from agent.ppo import PpoLearner
 
-        return PpoLearner(config.ppo, num_envs=num_envs, seed=seed)
+        return PpoLearner(config.ppo, environment, seed=seed)
     from agent.sac import SacLearner
 
-    return SacLearner(config.sac, num_envs=num_envs, seed=seed)
+    return SacLearner(config.sac, environment, seed=seed)

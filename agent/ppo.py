@@ -27,7 +27,7 @@ from agent.skrl_state import (
 )
 from agent.spaces import action_space, observation_space
 from protocol.arrays import Float32Array
-from protocol.config import PpoConfig
+from protocol.config import EnvironmentConfig, PpoConfig
 from protocol.errors import InvalidConfig
 
 _UNDER_WAY = ("_current_log_prob", "_current_values", "_current_next_observations")
@@ -43,7 +43,8 @@ class PpoLearner:
 
     off_policy = False
 
-    def __init__(self, config: PpoConfig, *, num_envs: int, seed: int) -> None:
+    def __init__(self, config: PpoConfig, environment: EnvironmentConfig, *, seed: int) -> None:
+        num_envs = environment.num_envs
         if config.rollout * num_envs < config.minibatches:
             raise InvalidConfig(f"{config.rollout} steps of {num_envs} drones make no {config.minibatches} minibatches")
         torch.set_num_threads(1)
@@ -54,8 +55,8 @@ class PpoLearner:
         self._learned = 0
         self._memory = RandomMemory(memory_size=config.rollout, num_envs=num_envs, device="cpu")
         self._policy = GaussianPolicy(observation_space(), action_space(), config.hidden)
-        self._features = Features()
-        self._agent = _ppo_agent(config, self._policy, self._memory)
+        self._features = Features(environment)
+        self._agent = _ppo_agent(config, environment, self._policy, self._memory)
 
     def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
         """Velocities (n, 3), drawn from the policy (the drone cuts them at its limits) or its best."""
@@ -121,7 +122,7 @@ class PpoLearner:
         load_network_weights(self._agent, weights)
 
 
-def _ppo_agent(config: PpoConfig, policy: GaussianPolicy, memory: RandomMemory) -> PPO:
+def _ppo_agent(config: PpoConfig, environment: EnvironmentConfig, policy: GaussianPolicy, memory: RandomMemory) -> PPO:
     spaces = (observation_space(), action_space())
     models: dict[str, Model] = {"policy": policy, "value": Value(*spaces, config.hidden)}
     settings = PPO_CFG(
@@ -138,6 +139,7 @@ def _ppo_agent(config: PpoConfig, policy: GaussianPolicy, memory: RandomMemory) 
         entropy_loss_scale=config.entropy,
         time_limit_bootstrap=True,
         observation_preprocessor=Features,
+        observation_preprocessor_kwargs={"workspace": environment},
     )
     settings.experiment.write_interval = settings.experiment.checkpoint_interval = 0
     agent = PPO(

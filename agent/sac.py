@@ -27,7 +27,7 @@ from agent.skrl_state import (
 )
 from agent.spaces import action_space, observation_space
 from protocol.arrays import Float32Array
-from protocol.config import SacConfig
+from protocol.config import EnvironmentConfig, SacConfig
 from protocol.errors import InvalidConfig
 
 _CRITICS = ("critic_1", "critic_2", "target_critic_1", "target_critic_2")
@@ -38,7 +38,8 @@ class SacLearner:
 
     off_policy = True
 
-    def __init__(self, config: SacConfig, *, num_envs: int, seed: int) -> None:
+    def __init__(self, config: SacConfig, environment: EnvironmentConfig, *, seed: int) -> None:
+        num_envs = environment.num_envs
         if config.memory < max(config.batch, num_envs):
             raise InvalidConfig(f"a memory of {config.memory} transitions holds no batch of {config.batch}")
         torch.set_num_threads(1)
@@ -50,8 +51,8 @@ class SacLearner:
         rows = config.memory // num_envs
         self._memory = RandomMemory(memory_size=rows, num_envs=num_envs, device="cpu", replacement=True)
         self._policy = SquashedPolicy(observation_space(), action_space(), config.hidden)
-        self._features = Features()
-        self._agent = _sac_agent(config, self._policy, self._memory)
+        self._features = Features(environment)
+        self._agent = _sac_agent(config, environment, self._policy, self._memory)
 
     def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
         """Velocities (n, 3), drawn from the policy or its best."""
@@ -114,7 +115,7 @@ class SacLearner:
         load_network_weights(self._agent, weights)
 
 
-def _sac_agent(config: SacConfig, policy: SquashedPolicy, memory: RandomMemory) -> SAC:
+def _sac_agent(config: SacConfig, environment: EnvironmentConfig, policy: SquashedPolicy, memory: RandomMemory) -> SAC:
     spaces = (observation_space(), action_space())
     models: dict[str, Model] = {"policy": policy}
     models |= {name: Critic(*spaces, config.hidden) for name in _CRITICS}
@@ -125,6 +126,7 @@ def _sac_agent(config: SacConfig, policy: SquashedPolicy, memory: RandomMemory) 
         learning_rate=config.learning_rate,
         initial_entropy_value=config.initial_entropy,
         observation_preprocessor=Features,
+        observation_preprocessor_kwargs={"workspace": environment},
     )
     settings.experiment.write_interval = settings.experiment.checkpoint_interval = 0
     agent = SAC(

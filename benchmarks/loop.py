@@ -64,7 +64,7 @@ def _updates_alone(config: RunConfig, updates: int = 60) -> list[float]:
     """Seconds of single gradient updates of SAC on a memory of random transitions."""
     envs = config.environment.num_envs
     sac = replace(config.learner.sac, updates_per_step=1 / envs)
-    learner = make_learner(LearnerConfig(algorithm="sac", sac=sac), num_envs=envs, seed=0)
+    learner = make_learner(LearnerConfig(algorithm="sac", sac=sac), config.environment, seed=0)
     rng = np.random.default_rng(0)
     for _ in range(sac.batch // envs):
         learner.observe(_random_transition(rng, envs))

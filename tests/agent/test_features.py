@@ -13,8 +13,9 @@ from protocol.config import EnvironmentConfig
 from tests.agent.analytic_eyes import BODY, AnalyticEyes
 
 ANGLES = st.floats(-math.pi, math.pi)
+FEATURES = Features(EnvironmentConfig())
 NO_PLACE = [index for index in range(FEATURE_SIZE) if index not in (0, 1, 4, 5)]
-"""All features but those that tell where in the workspace the drone is."""
+"""All features but those that tell at which bearing and where in the workspace the drone is."""
 
 
 def turn(angle: float) -> np.ndarray:
@@ -35,10 +36,10 @@ def facing(features: torch.Tensor) -> np.ndarray:
     return features[0, -10:].reshape(5, 2).numpy()
 
 
-@given(yaw=ANGLES, turned=ANGLES, distance=st.floats(1.5, 9.0), height=st.floats(0.5, 4.0))
+@given(yaw=ANGLES, turned=ANGLES, distance=st.floats(1.5, 6.9), height=st.floats(0.5, 4.0))
 def test_a_scene_turned_about_the_person_is_the_same_scene(yaw, turned, distance, height) -> None:
-    as_it_was = Features()(observation(yaw, (distance, 0.0, height)))
-    as_turned = Features()(observation(yaw, (distance, 0.0, height), turned))
+    as_it_was = FEATURES(observation(yaw, (distance, 0.0, height)))
+    as_turned = FEATURES(observation(yaw, (distance, 0.0, height), turned))
     assert as_turned[0, NO_PLACE].numpy() == pytest.approx(as_it_was[0, NO_PLACE].numpy(), abs=1e-4)
 
 
@@ -57,7 +58,7 @@ def test_towards_the_drone_is_x() -> None:
 
 
 def test_the_bearing_is_that_of_the_drone_from_the_person() -> None:
-    features = Features()(observation(1.0, (0.0, -4.0, 2.0)))
+    features = FEATURES(observation(1.0, (0.0, -4.0, 2.0)))
     assert bearing_of(features).numpy() == pytest.approx(np.array([[0.0, -1.0]]), abs=0.05)
 
 
@@ -65,22 +66,43 @@ def test_the_bearing_is_that_of_the_drone_from_the_person() -> None:
     ("yaw", "way"), [(0.0, (1, 0)), (math.pi, (-1, 0)), (math.pi / 2, (0, 1)), (-math.pi / 2, (0, -1))]
 )
 def test_the_person_faces_the_drone_or_away_or_aside(yaw, way) -> None:
-    ways = facing(Features()(observation(yaw, (4.0, 0.0, 1.6))))
+    ways = facing(FEATURES(observation(yaw, (4.0, 0.0, 1.6))))
     assert (ways @ way > 0.02).all()
     assert ways @ np.array([-way[1], way[0]]) == pytest.approx(np.zeros(5), abs=0.02)
 
 
+def limits(drone: tuple[float, float, float]) -> list[float]:
+    """What the features tell of the walls (towards the drone, across, up) and of the keep-out."""
+    return FEATURES(observation(0.0, drone))[0, 7:11].tolist()
+
+
+@pytest.mark.parametrize(
+    ("drone", "near"),
+    [
+        # Two metres from a limit it begins to be felt; at the limit it is 1.
+        ((5.0, 0.0, 2.25), [0.0, 0.0, 0.0, 0.0]),
+        ((8.0, 0.0, 2.25), [0.5, 0.0, 0.0, 0.0]),
+        ((-9.0, 0.0, 2.25), [1.0, 0.0, 0.0, 0.0]),
+        ((5.0, 0.0, 0.5), [0.0, 0.0, -1.0, 0.0]),
+        ((5.0, 0.0, 3.0), [0.0, 0.0, 0.5, 0.0]),
+        ((2.5, 0.0, 2.25), [0.0, 0.0, 0.0, 0.5]),
+    ],
+)
+def test_limits_are_felt_before_they_are_reached(drone, near) -> None:
+    assert limits(drone) == pytest.approx(near, abs=0.05)
+
+
 def test_joints_never_seen_say_nothing_of_where_the_person_faces(eyes: AnalyticEyes) -> None:
     flight = take_off(EnvironmentConfig(), 0, eyes.sample(0, "train"))
-    features = Features()(torch.from_numpy(observed(flight))[None])
+    features = FEATURES(torch.from_numpy(observed(flight))[None])
     assert facing(features) == pytest.approx(np.zeros((5, 2)))
 
 
 def test_features_are_about_one_in_size_and_finite_everywhere(eyes: AnalyticEyes) -> None:
     rng = np.random.default_rng(0)
     observations = [observation(rng.uniform(-3, 3), tuple(rng.uniform((-9, -9, 0.5), (9, 9, 4)))) for _ in range(200)]
-    features = Features()(torch.cat(observations))
+    features = FEATURES(torch.cat(observations))
     assert features.shape == (200, FEATURE_SIZE)
     assert features.abs().max() < 5.0
     above_the_person = observation(0.0, (0.0, 0.0, 2.0), variance=100.0)
-    assert torch.isfinite(Features()(above_the_person)).all()
+    assert torch.isfinite(FEATURES(above_the_person)).all()

@@ -27,7 +27,7 @@ def median_return(policy: Policy) -> float:
 
 @pytest.mark.parametrize(("algorithm", "prefill", "steps"), [("sac", 1000, 4000), ("ppo", 0, 16_000)])
 def test_a_trained_policy_sees_more_than_one_that_stays(algorithm, prefill, steps) -> None:
-    learner = make_learner(replace(LEARNER, algorithm=algorithm), num_envs=FLIGHTS.num_envs, seed=0)
+    learner = make_learner(replace(LEARNER, algorithm=algorithm), FLIGHTS, seed=0)
     script = scripted(FLIGHTS, 1.5)
     env = VectorHover(AnalyticEyes(), config=FLIGHTS)
     observations, _ = env.reset(seed=0)

@@ -9,18 +9,18 @@ from agent.ppo import PpoLearner
 from agent.spaces import action_space, observation_space
 from protocol.config import PpoConfig
 from protocol.errors import InvalidConfig
-from tests.agent.learning import DRONES, PPO, Flock, digest, same_again
+from tests.agent.learning import DRONES, FLIGHTS, PPO, Flock, digest, same_again
 
 
 def learner(seed: int = 0, config: PpoConfig = PPO) -> PpoLearner:
-    return PpoLearner(config, num_envs=DRONES, seed=seed)
+    return PpoLearner(config, FLIGHTS, seed=seed)
 
 
 def values(one: PpoLearner, hidden: tuple[int, ...], observations: np.ndarray) -> np.ndarray:
     network = Value(observation_space(), action_space(), hidden)
     network.load_state_dict(one.state()["modules"]["value"])
     with torch.no_grad():
-        return network.act({"observations": Features()(torch.from_numpy(observations))})[0].numpy()[:, 0]
+        return network.act({"observations": Features(FLIGHTS)(torch.from_numpy(observations))})[0].numpy()[:, 0]
 
 
 def test_the_same_seed_learns_the_same() -> None:

@@ -10,11 +10,11 @@ from agent.sac import SacLearner
 from agent.spaces import action_space, observation_space
 from protocol.config import SacConfig
 from protocol.errors import ArtifactDamaged, InvalidConfig
-from tests.agent.learning import DRONES, SAC, Flock, digest, same_again
+from tests.agent.learning import FLIGHTS, SAC, Flock, digest, same_again
 
 
 def learner(seed: int = 0, config: SacConfig = SAC) -> SacLearner:
-    return SacLearner(config, num_envs=DRONES, seed=seed)
+    return SacLearner(config, FLIGHTS, seed=seed)
 
 
 def test_the_same_seed_learns_the_same() -> None:
@@ -82,7 +82,7 @@ def test_a_crash_is_worth_its_reward_and_a_truncation_what_would_have_come(termi
         one.learn()
     critic = Critic(observation_space(), action_space(), config.hidden)
     critic.load_state_dict(one.state()["modules"]["critic_1"])
-    features = Features()(torch.from_numpy(same_again([0.0]).observations))
+    features = Features(FLIGHTS)(torch.from_numpy(same_again([0.0]).observations))
     with torch.no_grad():
         expected, _ = critic.act({"observations": features, "taken_actions": torch.zeros(1, 3)})
     assert expected.item() == pytest.approx(value, abs=0.1)

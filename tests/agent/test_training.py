@@ -64,7 +64,7 @@ def training(
         run,
         config,
         env=env or VectorHover(eyes or AnalyticEyes(), config=config.environment),
-        learner=learner or make_learner(config.learner, num_envs=config.environment.num_envs, seed=config.seed),
+        learner=learner or make_learner(config.learner, config.environment, seed=config.seed),
         journal=journal,
         clocks=Clocks(wall=lambda: 1e9, steady=steady.__next__),
         stop=stop,
@@ -126,7 +126,7 @@ def test_the_same_seed_trains_the_same_weights_however_the_workers_answer(tmp_pa
 
 
 def test_learning_goes_on_while_pictures_are_under_way_and_before_they_are_observed(tmp_path) -> None:
-    learner = Recorder(make_learner(CONFIG.learner, num_envs=2, seed=0))
+    learner = Recorder(make_learner(CONFIG.learner, CONFIG.environment, seed=0))
 
     class Env(VectorHover):
         def send(self, actions) -> None:
