@@ -114,7 +114,7 @@ class SacConfig(_Section, frozen=True):
         initial_entropy: the entropy coefficient's first value; it is learned.
     """
 
-    hidden: tuple[Count, ...] = (256, 256)
+    hidden: tuple[Count, ...] = (128, 128)
     memory: Count = 100_000
     batch: Count = 256
     updates_per_step: Positive = 1.0
