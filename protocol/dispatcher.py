@@ -69,14 +69,9 @@ class Dispatcher:
         self._thread.start()
 
     def submit(self, call: Call) -> None:
-        """Take a call, which ends by its deadline. May be called from any thread.
-
-        Raises:
-            ClientClosed: after `close`.
-        """
-        if self._over is not None:
-            raise ClientClosed(str(self._over))
+        """Take a call, which ends by its deadline, or with `ClientClosed`. May be called from any thread."""
         self._mailbox.put(call)
+        # The thread may have ended meanwhile, and looked into the mailbox for the last time.
         if self._over is not None:
             self._fail_unread()
 
@@ -148,6 +143,9 @@ class Dispatcher:
             self._dispatch(call)
 
     def _dispatch(self, call: Call) -> None:
+        if call.pending.cancelled():
+            self._remove(call)
+            return
         eligible = self._eligible(call)
         # What is for one worker alone asks how it is, which it answers also when it is full.
         usable = [one for one in eligible if one.has_room or (call.target is not None and one.phase is Phase.OPEN)]

@@ -16,7 +16,9 @@ SCENES: Handlers = {SampleScene: lambda request: scene_for(request.seed)}
 def serving(address: str, handlers: Handlers | Callable[[], Handlers] = SCENES, **options: Any) -> Generator[None]:
     """Serve `handlers`, or what a function returns once it has loaded them, and drain at the end."""
     load = handlers if callable(handlers) else lambda: handlers
-    thread = threading.Thread(target=serve, args=(load,), kwargs={"role": Role.RENDER, "bind": address, **options})
+    thread = threading.Thread(
+        target=serve, args=(load,), kwargs={"role": Role.RENDER, "bind": address, **options}, daemon=True
+    )
     thread.start()
     with Client(address, role=Role.ORCHESTRATOR, timeouts=Timeouts(call=20)) as client:
         client.ping()

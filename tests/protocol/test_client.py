@@ -9,7 +9,7 @@ from concurrent.futures import InvalidStateError, ThreadPoolExecutor
 import pytest
 import zmq
 
-from protocol import Client, Limits, Timeouts
+from protocol import Client, Limits, Pending, Timeouts
 from protocol.camera import Camera, Intrinsics
 from protocol.errors import (
     AddressUnavailable,
@@ -96,11 +96,39 @@ def test_map_keeps_the_order_and_a_bound(address):
 
 
 def test_a_map_that_is_left_cancels_what_is_under_way(address):
-    with serving(address), client_of(address) as client:
-        replies = client.map(ask(seed) for seed in itertools.count())
-        assert next(replies).scene.yaw == 0
+    made: list[Pending] = []
+
+    class Recording(Client):
+        def submit(self, request, *, deadline=None):
+            made.append(super().submit(request, deadline=deadline))
+            return made[-1]
+
+    def sample(request: SampleScene):
+        go_on.wait(20)
+        return scene_for(request.seed)
+
+    go_on = threading.Event()
+    with serving(address, {SampleScene: sample}), Recording(address, role=Role.AGENT) as client:
+        replies = client.map(itertools.chain([Ping()], map(ask, itertools.count())))
+        assert next(replies).state is State.READY
         replies.close()
-        assert client.call(ask(7)).scene.yaw == 7
+        assert len(made) > 1
+        assert all(pending.cancelled() for pending in made[1:])
+        go_on.set()
+
+
+def test_a_call_that_is_cancelled_before_its_worker_is_there_is_not_sent(address):
+    seeds = []
+
+    def sample(request: SampleScene):
+        seeds.append(request.seed)
+        return scene_for(request.seed)
+
+    with client_of(address) as client:
+        assert client.submit(ask(1)).cancel()
+        with serving(address, {SampleScene: sample}):
+            assert client.call(ask(2)).scene.yaw == 2
+    assert seeds == [2]
 
 
 def test_timing_tells_where_the_time_went(address):

@@ -6,8 +6,8 @@ import pytest
 import zmq
 from zmq.utils.monitor import recv_monitor_message
 
-from protocol.limits import DEFAULT_LIMITS
-from protocol.sockets import connect_dealer, poll_timeout
+from protocol.limits import DEFAULT_LIMITS, Limits
+from protocol.sockets import connect_dealer, poll_timeout, received
 from protocol.timeouts import DEFAULT_TIMEOUTS
 
 
@@ -24,6 +24,17 @@ def test_the_monitor_is_there_before_the_connection_is_made():
         dealer.disable_monitor()
         for socket in (monitor, dealer, listening):
             socket.close()
+
+
+def test_a_message_of_endless_parts_is_not_kept():
+    with zmq.Context() as context, context.socket(zmq.PAIR) as sender, context.socket(zmq.PAIR) as receiver:
+        receiver.bind("inproc://parts")
+        sender.connect("inproc://parts")
+        sender.send_multipart([b"x"] * 1000)
+        sender.send_multipart([b"next"])
+        endless, after = received(receiver, Limits(arrays=4))
+    assert 3 + 4 < len(endless) < 20
+    assert after == [b"next"]
 
 
 @pytest.mark.parametrize(
