@@ -31,6 +31,8 @@ class Intrinsics(Struct, frozen=True):
             raise ValueError(f"an image of {self.width}×{self.height} pixels can't be made (1 to 8192 each way)")
         if not (0 < self.fx < math.inf and 0 < self.fy < math.inf):
             raise ValueError("focal lengths must be positive and finite")
+        if not (math.isfinite(self.cx) and math.isfinite(self.cy)):
+            raise ValueError("a principal point must be finite")
 
     @classmethod
     def from_horizontal_fov(cls, width: int, height: int, degrees: float) -> "Intrinsics":
