@@ -21,6 +21,7 @@ from protocol.messages import Render
 from protocol.scene import Scene
 from render_worker.arrays import IndexArray
 from render_worker.assets import Assets
+from render_worker.gl_finish import finish_function
 from render_worker.light import SHADOW_REACH, Light, light_of
 from render_worker.person import Person, dress
 from render_worker.placing import place_joints, place_person
@@ -89,6 +90,7 @@ class OpenGlRenderer:
     def __init__(self, assets: Assets, *, threads: int = 0, scenes_kept: int = 16) -> None:
         self._assets = assets
         self._context = _open_context(threads)
+        self._finish = finish_function()
         self._person = self._program("person")
         self._caster = self._program("shadow")
         self._ground = self._program("ground")
@@ -225,6 +227,7 @@ class OpenGlRenderer:
             backdrop.texture.use(0)
             backdrop.array.render()
         target.depth_mask = True
+        self._finish()
         return _read(target, camera.intrinsics)
 
     def _draw_person(self, staged: _Staged, view: bytes) -> None:
