@@ -3,7 +3,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from hypothesis import settings
 from onnx import TensorProto, helper, numpy_helper
 
 from perception_worker.onnx_export import export
@@ -11,10 +10,6 @@ from perception_worker.tensorflow_graph import read_graph
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.frame import Frame
 from tests.perception_worker.tiny_package import tiny_graph
-
-# A busy machine is no failure: examples have no time limit.
-settings.register_profile("perception_worker", deadline=None)
-settings.load_profile("perception_worker")
 
 PICTURE = Path(__file__).parent / "pictures" / "astronaut.jpg"
 
