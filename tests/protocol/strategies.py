@@ -65,8 +65,8 @@ intrinsics = st.builds(
     height=st.integers(1, 9),
     fx=st.floats(0.5, 1e4),
     fy=st.floats(0.5, 1e4),
-    cx=any_float,
-    cy=any_float,
+    cx=finite,
+    cy=finite,
 )
 camera = st.builds(Camera, pose, intrinsics, st.sampled_from(["none", "d435i"]))
 arm = st.builds(Arm, vector, finite)
