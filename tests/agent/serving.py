@@ -3,15 +3,14 @@
 import os
 import subprocess
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from agent.commands import Workers
-from protocol import Client, serve
-from protocol.messages import Drain, Observe, Role, Sampled, SampleScene
+from protocol.messages import Observe, Role, Sampled, SampleScene
 from tests.agent.analytic_eyes import AnalyticEyes, observe
+from tests.serving import serving
 
 
 @contextmanager
@@ -21,7 +20,7 @@ def analytic_workers(sockets: Path) -> Iterator[Workers]:
     render, perception = f"ipc://{sockets}/render", f"ipc://{sockets}/perception"
     scenes = {SampleScene: lambda asked: Sampled(scene=eyes.sample(asked.seed, asked.split))}
     sights = {Observe: lambda asked: observe(asked.scene, asked.camera, asked.filter)}
-    with _thread(scenes, render, Role.RENDER), _thread(sights, perception, Role.PERCEPTION):
+    with serving(scenes, render, role=Role.RENDER), serving(sights, perception, role=Role.PERCEPTION):
         yield Workers(render=(render,), perception=(perception,))
 
 
@@ -44,18 +43,6 @@ def agent_command(job: str, run: Path, workers: Workers, *options: str) -> list[
 def environment() -> dict[str, str]:
     """One thread for every library, as in a run."""
     return {**os.environ, "OMP_NUM_THREADS": "1"}
-
-
-@contextmanager
-def _thread(handlers, address: str, role: Role) -> Iterator[None]:
-    thread = threading.Thread(target=serve, args=(lambda: handlers,), kwargs={"role": role, "bind": address})
-    thread.start()
-    try:
-        yield
-    finally:
-        with Client(address, role=Role.AGENT) as client:
-            client.call(Drain())
-        thread.join()
 
 
 @contextmanager

@@ -16,7 +16,8 @@ from protocol.messages import Observe, Perceive, Render, Role, State
 from protocol.observation import FilterState
 from protocol.skeleton import Joint
 from tests.perception_worker.drawn_maps import DrawnNetwork, person
-from tests.perception_worker.workers import CAMERA, PATIENCE, SCENE, running, serving
+from tests.perception_worker.workers import CAMERA, PATIENCE, SCENE, running
+from tests.serving import serving
 
 OBSERVE = Observe(scene=SCENE, camera=CAMERA, filter=FilterState.initial())
 SOMEBODY = DrawnNetwork(person(20, 14))

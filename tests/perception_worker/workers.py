@@ -3,12 +3,10 @@
 import os
 import subprocess
 import sys
-import threading
 from contextlib import contextmanager
 
-from protocol import Client, Timeouts, serve
+from protocol import Timeouts
 from protocol.camera import Camera, CameraPose, Intrinsics
-from protocol.messages import Drain, Role
 from protocol.scene import Arm, BodyPose, Scene, Sun
 
 PATIENCE = Timeouts(call=30.0, startup=60.0)
@@ -24,20 +22,6 @@ SCENE = Scene(
     ground="grass",
     background="sky",
 )
-
-
-@contextmanager
-def serving(handlers, address, *, role, concurrency=1):
-    """A worker in a thread."""
-    options = {"role": role, "bind": address, "concurrency": concurrency}
-    thread = threading.Thread(target=serve, args=(lambda: handlers,), kwargs=options)
-    thread.start()
-    try:
-        yield
-    finally:
-        with Client(address, role=Role.AGENT) as client:
-            client.call(Drain())
-        thread.join()
 
 
 @contextmanager

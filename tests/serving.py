@@ -1,0 +1,22 @@
+"""Workers in threads of the test's own process."""
+
+import threading
+from contextlib import contextmanager
+
+from protocol.client import Client
+from protocol.messages import Drain, Role
+from protocol.server import serve
+
+
+@contextmanager
+def serving(handlers, address, *, role, concurrency=1):
+    """A worker in a thread."""
+    options = {"role": role, "bind": address, "concurrency": concurrency}
+    thread = threading.Thread(target=serve, args=(lambda: handlers,), kwargs=options)
+    thread.start()
+    try:
+        yield
+    finally:
+        with Client(address, role=Role.AGENT) as client:
+            client.call(Drain())
+        thread.join()
