@@ -24,6 +24,7 @@ from protocol.dispatcher import Statistics
 from protocol.errors import InvalidInput
 from protocol.messages import Role
 from protocol.pool import Pool
+from protocol.priority import let_others_go_first
 from protocol.records import Evaluation, Progress, Summary
 from protocol.timeouts import Timeouts
 
@@ -143,6 +144,8 @@ def _eyes(config: RunConfig, workers: Workers) -> Generator[tuple[Eyes, Callable
     ):
         render.wait_ready()
         perception.wait_ready()
+        # Only now: the threads of both pools keep theirs, so that an update does not hold up the next pictures.
+        let_others_go_first()
         yield RemoteEyes(render, perception), lambda: _sum(render.statistics, perception.statistics)
 
 

@@ -21,6 +21,7 @@ from protocol.limits import DEFAULT_LIMITS, Limits
 from protocol.listener import Job, Listener
 from protocol.message import Reply, Request
 from protocol.messages import Failure, Role
+from protocol.priority import let_others_go_first
 from protocol.sockets import Context, bind_router, open_context
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 
@@ -48,8 +49,8 @@ def serve(
     """Serve until SIGTERM, SIGINT or `Drain`, then finish what is in hand and return.
 
     The address answers at once, in state STARTING, while `start` loads what the handlers need; requests that come then
-    wait. Handlers run in the calling thread, and in `concurrency - 1` more. A reply's arrays are not copied: a handler
-    gives them away, and must not write to them again.
+    wait. Handlers run in the calling thread, whose priority is lowered for good, and in `concurrency - 1` more. A
+    reply's arrays are not copied: a handler gives them away, and must not write to them again.
 
     Raises:
         AddressUnavailable: `bind` is in use or can't be served.
@@ -75,6 +76,8 @@ def serve(
 def _run(listener: Listener, start: Callable[[], Handlers], concurrency: int) -> None:
     listener.start()
     try:
+        # Before anything that computes is loaded: threads of libraries take their priority from who starts them.
+        let_others_go_first()
         with _interruption_by_signal():
             handlers = start()
         listener.ready()
