@@ -35,7 +35,7 @@ check: $(INSTALLED) ## style, types, architecture and the quick tests, in under 
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -m "not slow" --numprocesses auto --maxprocesses 4 --dist worksteal
 
 benchmark: setup ## each stage alone, and the loop
 	$(BIN)/python -m benchmarks.loop
