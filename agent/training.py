@@ -79,7 +79,7 @@ class Training:
             done += self._env.num_envs
             if phase == "training":
                 self._trained = done
-                if done % self._config.training.save_every < self._env.num_envs:
+                if done % self._config.training.checkpoint_every < self._env.num_envs:
                     self._save()
         self._logbook.write_progress()
 

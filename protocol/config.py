@@ -24,11 +24,42 @@ class _Section(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class TimeoutsConfig(_Section, frozen=True):
-    """Seconds. `call` bounds one request from send to reply, retries included."""
+    """Seconds; none of them changes what a training comes to.
+
+    Attributes:
+        call: bounds one request from send to reply, retries included.
+        startup: a worker's imports, shaders, models, once.
+        heartbeat: between two pings.
+        liveness: a worker that answered no ping for this long hangs.
+        progress: one that answers pings, has work in hand and answered none of it for this long hangs as well.
+        grace: how long workers and agent go on without their orchestrator before they end by themselves.
+    """
 
     call: Positive = 30.0
     startup: Positive = 120.0
     heartbeat: Positive = 0.5
+    liveness: Positive = 5.0
+    progress: Positive = 20.0
+    grace: Positive = 60.0
+
+
+class SupervisionConfig(_Section, frozen=True):
+    """When local processes are started again.
+
+    Attributes:
+        restarts: of one process within `window` seconds; one more and the run stops with the reason.
+        first_backoff: seconds before the second restart in a row (the first is at once); it doubles up to
+            `longest_backoff`.
+        recycle_bytes: resident memory past which a worker is replaced, between requests; 0 for never.
+        recycle_requests: answered requests after which it is; 0 for never.
+    """
+
+    restarts: Count = 5
+    window: Positive = 60.0
+    first_backoff: Positive = 0.5
+    longest_backoff: Positive = 10.0
+    recycle_bytes: CountOrNone = 4 * 1024**3
+    recycle_requests: CountOrNone = 0
 
 
 class RenderConfig(_Section, frozen=True):
@@ -163,14 +194,16 @@ class TrainingConfig(_Section, frozen=True):
         prefill: of scripted flights before that, to fill the replay memory; none where the learner has no use for them.
         prefill_noise: of scripted velocities, m/s; each flight has a standard deviation of its own, up to this.
         log_every: between two points of the curves.
-        save_every: between two writings of the weights.
+        checkpoint_every: between two checkpoints; a crash costs the steps since the last one, flown again.
+        keep_checkpoints: how many of the last ones stay, besides the best.
     """
 
     steps: Count = 10_000
     prefill: CountOrNone = 1_000
     prefill_noise: NotNegative = 1.5
     log_every: Count = 100
-    save_every: Count = 1_000
+    checkpoint_every: Count = 500
+    keep_checkpoints: Count = 3
 
 
 class EvaluationConfig(_Section, frozen=True):
@@ -186,6 +219,7 @@ class RunConfig(_Section, frozen=True):
 
     seed: Annotated[int, Meta(ge=0, lt=2**31)] = 0
     timeouts: TimeoutsConfig = TimeoutsConfig()
+    supervision: SupervisionConfig = SupervisionConfig()
     render: RenderConfig = RenderConfig()
     perception: PerceptionConfig = PerceptionConfig()
     environment: EnvironmentConfig = EnvironmentConfig()

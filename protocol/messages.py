@@ -126,12 +126,20 @@ class Observe(Request[Observation], frozen=True, eq=False, kw_only=True):
 
 
 class WorkerRecord(Struct, frozen=True, kw_only=True):
-    """One worker as the orchestrator knows it."""
+    """One process as the orchestrator knows it.
+
+    Attributes:
+        address: where it serves; empty for an agent, which serves nothing.
+        name: what the run calls it, such as `render-0`.
+        pid: its number on its own machine; 0 where it did not say.
+    """
 
     role: Role
     address: str
     incarnation: str
     state: State
+    name: str = ""
+    pid: int = 0
 
 
 class Registered(Reply, frozen=True, eq=False):

@@ -48,7 +48,12 @@ class Episode(Struct, frozen=True, kw_only=True):
 
 
 class Summary(Struct, frozen=True, kw_only=True):
-    """A training at its end; `stages` are median seconds an environment step."""
+    """A training at its end, or where somebody stopped it before (then it is not `complete` and can be resumed).
+
+    Attributes:
+        seconds: of training in all, over every process that had a part in it.
+        stages: median seconds an environment step.
+    """
 
     steps: int
     episodes: int
@@ -58,6 +63,7 @@ class Summary(Struct, frozen=True, kw_only=True):
     stages: dict[Stage, float]
     late_replies: int
     retries: int
+    complete: bool = True
 
 
 class Interval(Struct, frozen=True):

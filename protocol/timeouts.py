@@ -15,6 +15,9 @@ class Timeouts(Struct, frozen=True, kw_only=True):
         call: bounds one request from send to reply, retries included.
         startup: from the first try to reach a worker until it is ready (imports, shaders, models).
         heartbeat: between two pings to a worker that holds requests.
+        liveness: a worker that answered no ping for this long hangs.
+        progress: one that answers pings, has work in hand and answered none of it for this long hangs as well.
+        grace: how long a process goes on without its orchestrator.
         silence: a connection on which nothing at all was heard for this long is given up and made anew.
         first_backoff, longest_backoff: pause before the second try of a request; it doubles with each further one.
     """
@@ -22,6 +25,9 @@ class Timeouts(Struct, frozen=True, kw_only=True):
     call: float = 30.0
     startup: float = 120.0
     heartbeat: float = 0.5
+    liveness: float = 5.0
+    progress: float = 20.0
+    grace: float = 60.0
     silence: float = 10.0
     first_backoff: float = 0.05
     longest_backoff: float = 1.0
@@ -34,7 +40,7 @@ class Timeouts(Struct, frozen=True, kw_only=True):
     @classmethod
     def from_config(cls, config: TimeoutsConfig) -> "Timeouts":
         """The clocks that a run's configuration names."""
-        return cls(call=config.call, startup=config.startup, heartbeat=config.heartbeat)
+        return cls(**{name: getattr(config, name) for name in config.__struct_fields__})
 
     def backoff(self, failures: int) -> float:
         """Pause after the given number of failed tries."""

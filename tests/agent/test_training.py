@@ -26,7 +26,7 @@ CONFIG = RunConfig(
         sac=SacConfig(hidden=(16,), memory=200, batch=8, updates_per_step=0.5),
         ppo=PpoConfig(hidden=(16,), rollout=6, epochs=1, minibatches=2),
     ),
-    training=TrainingConfig(steps=30, prefill=20, log_every=10, save_every=10),
+    training=TrainingConfig(steps=30, prefill=20, log_every=10, checkpoint_every=10),
 )
 CALLS = Statistics(late_replies=2, retries=1)
 
