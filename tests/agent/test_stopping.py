@@ -14,10 +14,15 @@ def test_a_signal_is_a_request(number: signal.Signals) -> None:
 
 
 def test_the_second_signal_is_as_it_was_before() -> None:
-    with stop_on_signals():
-        signal.raise_signal(signal.SIGINT)
-        with pytest.raises(KeyboardInterrupt):
+    # A shell starts what runs in the background with SIGINT ignored.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with stop_on_signals():
             signal.raise_signal(signal.SIGINT)
+            with pytest.raises(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGINT)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_signals_are_handled_as_before_in_the_end() -> None:

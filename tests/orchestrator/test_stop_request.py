@@ -8,6 +8,15 @@ from orchestrator.errors import Interrupted
 from orchestrator.stop_request import SIGNALS, StopRequest, stop_on_signals
 
 
+@pytest.fixture(autouse=True)
+def _no_signal_is_ignored():
+    """Whoever runs the tests under nohup or in a shell's background has them ignored."""
+    before = {number: signal.signal(number, signal.SIG_DFL) for number in SIGNALS}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_signal_asks_to_stop_and_nothing_else_happens(number):
     with stop_on_signals() as stop:
