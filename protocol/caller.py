@@ -41,9 +41,10 @@ class Caller:
         context: Context | None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        if not addresses or len(set(addresses)) < len(addresses):
-            raise InvalidInput(f"a client needs one or more different addresses, not {list(addresses)}")
+        if len(set(addresses)) < len(addresses):
+            raise InvalidInput(f"a client needs different addresses, not {list(addresses)}")
         self._addresses = tuple(addresses)
+        self._serves = serves
         self._timeouts = timeouts
         self._limits = limits
         self._clock = clock
@@ -52,7 +53,7 @@ class Caller:
         self._context: Context = zmq.Context() if context is None else context
         connections: list[Connection] = []
         try:
-            connections.extend(self._connect(address, serves) for address in self._addresses)
+            connections.extend(self._connect(address) for address in self._addresses)
         except BaseException:
             for connection in connections:
                 connection.close()
@@ -88,11 +89,10 @@ class Caller:
     def map(self, requests: Iterable[Request[ReplyT]], *, deadline: float | None = None) -> Iterator[ReplyT]:
         """Answers in the order of the requests, of which `limits.under_way` are under way to each worker."""
         under_way: deque[Pending[ReplyT]] = deque()
-        most = self._limits.under_way * len(self._addresses)
         try:
             for request in requests:
                 under_way.append(self.submit(request, deadline=deadline))
-                if len(under_way) >= most:
+                if len(under_way) >= self._limits.under_way * max(1, len(self._addresses)):
                     yield under_way.popleft().result()
             while under_way:
                 yield under_way.popleft().result()
@@ -113,11 +113,11 @@ class Caller:
     ) -> None:
         self.close()
 
-    def _connect(self, address: str, serves: Role | None) -> Connection:
+    def _connect(self, address: str) -> Connection:
         return Connection(
             address,
             hello=self._hello,
-            serves=serves,
+            serves=self._serves,
             timeouts=self._timeouts,
             limits=self._limits,
             context=self._context,

@@ -186,6 +186,11 @@ class Connection:
         """The worker's, as far as is known."""
         return State.READY if self.health is None else self.health.state
 
+    def retire(self) -> list[Call]:
+        """Drop the connection for good; returns the calls that the worker held."""
+        self._break()
+        return self.take_lost()
+
     def close(self) -> None:
         """Drop the connection and all that is under way on it."""
         self._line.close()

@@ -12,6 +12,11 @@ _STATUS = "See 'orchestrator status'"
 
 def expiry(call: Call, connections: Sequence[Connection], now: float) -> CallFailed:
     """The error of a call whose deadline has come; `connections` are those that it could be made on."""
+    if not connections:
+        return DeadlineExceeded(
+            f"no worker is known that could answer {call.request}, and none came within {call.timeout:.3g} s; "
+            f"is one running? {_STATUS}"
+        )
     holder = next((one for one in connections if call in one.outstanding.values()), None)
     tries = f"{call.tries} {'try' if call.tries == 1 else 'tries'}"
     last = f"; the last one failed: {call.trouble}" if call.trouble else ""

@@ -19,7 +19,7 @@ from msgspec import Struct
 from protocol.call import Call
 from protocol.connection import Answer, Connection, Phase
 from protocol.diagnosis import expiry
-from protocol.errors import CallFailed, ClientClosed, MalformedMessage, ProtocolError
+from protocol.errors import CallFailed, ClientClosed, MalformedMessage, ProtocolError, VantageError, WorkerLost
 from protocol.failure import error_of
 from protocol.mailbox import Mailbox
 from protocol.messages import Failure, State
@@ -53,10 +53,10 @@ class Dispatcher:
     def __init__(
         self, connections: Sequence[Connection], *, name: str, timeouts: Timeouts, clock: Callable[[], float]
     ) -> None:
-        self._connections = connections
+        self._connections = list(connections)
         self._timeouts = timeouts
         self._clock = clock
-        self._mailbox: Mailbox[Call | None] = Mailbox()
+        self._mailbox: Mailbox[Call | Callable[[], None]] = Mailbox()
         self._calls: dict[int, Call] = {}
         self._waiting: deque[Call] = deque()
         self._timers: list[tuple[float, int, Callable[[Call], None], int]] = []
@@ -65,6 +65,8 @@ class Dispatcher:
         self._over: CallFailed | None = None
         self._retries = 0
         self._losses = 0
+        self._late = 0
+        self._malformed = 0
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
@@ -75,9 +77,17 @@ class Dispatcher:
         if self._over is not None:
             self._fail_unread()
 
+    def add(self, connect: Callable[[], Connection]) -> None:
+        """Give calls to one more worker, on the connection that `connect` opens. May be called from any thread."""
+        self._mailbox.put(lambda: self._add(connect))
+
+    def remove(self, address: str) -> None:
+        """Give no more calls to a worker, and those that it holds to others. May be called from any thread."""
+        self._mailbox.put(lambda: self._leave(address))
+
     def close(self) -> None:
         """End every call that is under way with `ClientClosed`, and the thread."""
-        self._mailbox.put(None)
+        self._mailbox.put(self._stop)
         self._thread.join()
         self._mailbox.close()
 
@@ -85,10 +95,10 @@ class Dispatcher:
     def statistics(self) -> Statistics:
         """The counts so far."""
         return Statistics(
-            late_replies=sum(connection.late for connection in self._connections),
+            late_replies=self._late + sum(connection.late for connection in tuple(self._connections)),
             retries=self._retries,
             losses=self._losses,
-            malformed=sum(connection.malformed for connection in self._connections),
+            malformed=self._malformed + sum(connection.malformed for connection in tuple(self._connections)),
         )
 
     def _run(self) -> None:
@@ -133,18 +143,39 @@ class Dispatcher:
         return poll_timeout(min(known) - self._clock()) if known else None
 
     def _admit(self) -> None:
-        for call in self._mailbox.take():
-            if call is None:
-                self._closing = True
+        for item in self._mailbox.take():
+            if not isinstance(item, Call):
+                item()
                 continue
-            call.number = next(self._numbers)
-            self._calls[call.number] = call
-            self._at(call.deadline, self._expire, call)
-            self._dispatch(call)
+            item.number = next(self._numbers)
+            self._calls[item.number] = item
+            self._at(item.deadline, self._expire, item)
+            self._dispatch(item)
+
+    def _stop(self) -> None:
+        self._closing = True
+
+    def _add(self, connect: Callable[[], Connection]) -> None:
+        try:
+            self._connections.append(connect())
+        except VantageError as error:
+            _log.warning("can't connect to a worker: %s", error)
+
+    def _leave(self, address: str) -> None:
+        for connection in [one for one in self._connections if one.address == address]:
+            self._connections.remove(connection)
+            left = connection.retire()
+            self._late += connection.late
+            self._malformed += connection.malformed
+            for call in left:
+                self._dispatch(call)
+        for call in [one for one in self._calls.values() if one.target == address]:
+            self._give_up(call)
 
     def _dispatch(self, call: Call) -> None:
         if call.pending.cancelled():
             self._remove(call)
+        if call.number not in self._calls:
             return
         eligible = self._eligible(call)
         # What is for one worker alone asks how it is, which it answers also when it is full.
@@ -154,9 +185,11 @@ class Dispatcher:
             self._retries += call.tries > 1
             return
         refusals = [connection.refusal for connection in eligible]
-        if refusals[0] is not None and None not in refusals:
+        if refusals and refusals[0] is not None and None not in refusals:
             self._remove(call)
             call.fail(refusals[0], self._clock())
+        elif call.target is not None and not eligible:
+            self._give_up(call)
         elif call.target is None:
             self._waiting.append(call)
         else:
@@ -195,6 +228,11 @@ class Dispatcher:
         else:
             self._at(self._clock() + self._timeouts.backoff(call.losses - 1), self._dispatch, call)
 
+    def _give_up(self, call: Call) -> None:
+        """End a call to a worker that is none of ours any more."""
+        self._remove(call)
+        call.fail(WorkerLost(f"{call.target} was let go before it answered {call.request}"), self._clock())
+
     def _expire(self, call: Call) -> None:
         self._remove(call)
         call.fail(expiry(call, self._eligible(call), self._clock()), self._clock())
@@ -230,7 +268,7 @@ class Dispatcher:
 
     def _fail_unread(self) -> None:
         for call in self._mailbox.take():
-            if call is not None:
+            if isinstance(call, Call):
                 call.fail(ClientClosed(f"{self._over} before {call.request} was answered"), self._clock())
 
 

@@ -1,7 +1,9 @@
 """A client of several workers that serve the same role."""
 
+import threading
 from collections.abc import Sequence
 
+from protocol.address import check_address
 from protocol.caller import Caller
 from protocol.limits import DEFAULT_LIMITS, Limits
 from protocol.messages import Pong, Role, Welcome
@@ -12,7 +14,8 @@ from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 class Pool(Caller):
     """Spreads calls over workers: each goes to the ready one with the fewest in hand.
 
-    What a lost worker held goes to another at once. Arguments and errors are `Client`'s.
+    What a lost worker held goes to another at once. Workers may come and go while calls are under way; while there is
+    none, calls wait. Arguments and errors are `Client`'s.
     """
 
     def __init__(
@@ -26,7 +29,31 @@ class Pool(Caller):
         context: Context | None = None,
     ) -> None:
         super().__init__(addresses, role=role, serves=serves, timeouts=timeouts, limits=limits, context=context)
-        self.addresses = tuple(addresses)
+        self._changing = threading.Lock()
+
+    @property
+    def addresses(self) -> tuple[str, ...]:
+        """Of the workers that calls go to now."""
+        return self._addresses
+
+    def add(self, address: str) -> None:
+        """Have one more worker; one that is there already stays as it is.
+
+        Raises:
+            AddressUnavailable: `address` is none.
+        """
+        check_address(address)
+        with self._changing:
+            if address not in self._addresses:
+                self._addresses = (*self._addresses, address)
+                self._dispatcher.add(lambda: self._connect(address))
+
+    def remove(self, address: str) -> None:
+        """Let a worker go. What it has in hand goes to another at once, and what it still answers is dropped."""
+        with self._changing:
+            if address in self._addresses:
+                self._addresses = tuple(one for one in self._addresses if one != address)
+                self._dispatcher.remove(address)
 
     def wait_ready(self) -> tuple[Welcome, ...]:
         """Wait until all workers have started, `timeouts.startup` in all; errors as `Client.wait_ready`."""

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 import pytest
 
 from protocol import Limits, Pool
-from protocol.errors import DeadlineExceeded, InvalidInput, Rejected, WrongRole
+from protocol.errors import AddressUnavailable, DeadlineExceeded, InvalidInput, Rejected, WorkerLost, WrongRole
 from protocol.messages import Role, SampleScene, State
 from tests.protocol.calls import PATIENT, ask
 from tests.protocol.serving import serving
@@ -134,10 +134,63 @@ def test_a_pool_that_reaches_nobody_names_all_its_addresses(addresses):
         pool.call(ask(1), deadline=0.1)
 
 
-@pytest.mark.parametrize("addresses", [(), ("ipc:///a", "ipc:///a")])
-def test_a_pool_has_one_or_more_different_addresses(addresses):
-    with pytest.raises(InvalidInput, match="one or more different addresses"):
-        pool_of(addresses)
+def test_no_address_is_in_a_pool_twice():
+    with pytest.raises(InvalidInput, match="different addresses"):
+        pool_of(("ipc:///a", "ipc:///a"))
+
+
+def test_a_pool_without_workers_says_so_at_the_deadline():
+    with pool_of(()) as pool, pytest.raises(DeadlineExceeded, match="no worker is known that could answer SampleScene"):
+        pool.call(ask(1), deadline=0.1)
+
+
+def test_a_call_that_waits_in_an_empty_pool_goes_to_the_first_worker_that_comes(addresses, tallies):
+    with pool_of(()) as pool:
+        pending = pool.submit(ask(3))
+        pool.add(addresses[0])
+        assert pending.result().scene.yaw == 3
+
+
+def test_a_worker_that_is_added_takes_its_share(addresses, tallies):
+    first, second = addresses
+    with pool_of((first,)) as pool:
+        pool.wait_ready()
+        pool.add(second)
+        pool.add(second)
+        assert pool.addresses == (first, second)
+        pool.wait_ready()
+        for seed in range(10):
+            assert pool.call(ask(seed)).scene.yaw == seed
+    assert [tally.answered for tally in tallies] == [5, 5]
+
+
+def test_what_is_no_address_is_not_added(addresses):
+    with pool_of(addresses) as pool:
+        with pytest.raises(AddressUnavailable):
+            pool.add("nowhere")
+        assert pool.addresses == addresses
+
+
+def test_what_a_worker_holds_that_is_removed_goes_to_another(addresses, tallies):
+    held, free = tallies
+    held.may_go_on.clear()
+    with pool_of(addresses) as pool:
+        pool.wait_ready()
+        pending = [pool.submit(ask(seed)) for seed in range(6)]
+        pool.remove(addresses[0])
+        assert pool.addresses == addresses[1:]
+        assert [one.result().scene.yaw for one in pending] == list(range(6))
+        assert [pool.call(ask(seed)).scene.yaw for seed in range(4)] == list(range(4))
+        assert (held.answered, free.answered) == (0, 10)
+        assert pool.statistics.losses == 0
+
+
+def test_a_question_to_a_worker_that_is_removed_ends(addresses):
+    with pool_of(addresses) as pool:
+        pool.remove(addresses[0])
+        pool.remove(addresses[1])
+        with pytest.raises(WorkerLost, match=f"{addresses[0]} was let go before it answered Ping"):
+            pool._ping(addresses[0])
 
 
 @pytest.mark.slow

@@ -1,0 +1,9 @@
+"""Not a worker's process: it ends with its membership open, and the orchestrator was never there."""
+
+import sys
+
+from protocol.membership import Membership
+from protocol.messages import Role, State, WorkerRecord
+
+me = WorkerRecord(role=Role.AGENT, address="", incarnation="x", state=State.READY)
+membership = Membership(sys.argv[1], describe=lambda: me, on_orphaned=lambda: None)
