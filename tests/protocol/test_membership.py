@@ -128,11 +128,10 @@ def test_an_orchestrator_that_never_comes_leaves_an_orphan(address, member):
 
 def test_an_orphan_is_told_once(address, member):
     told = []
-    with Membership(
-        address, describe=member.describe, on_orphaned=lambda: told.append(1), timeouts=BRIEF
-    ) as membership:
+    membership = Membership(address, describe=member.describe, on_orphaned=lambda: told.append(1), timeouts=BRIEF)
+    with membership:
         wait_until(lambda: told)
-        open_one._thread.join(20)
+        membership._thread.join(20)
     assert told == [1]
 
 
