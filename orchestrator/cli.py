@@ -186,6 +186,37 @@ def doctor(json: JsonOption = False) -> None:
         raise typer.Exit(FAILED)
 
 
+@app.command(
+    epilog=_examples(
+        "orchestrator chaos configs/quickstart.toml --faults 20 --seed 7",
+        "orchestrator chaos configs/quickstart.toml --faults 5 --only kill-agent --only stop-render",
+    )
+)
+def chaos(
+    config: Annotated[Path, typer.Argument(metavar="CONFIG", help="A configuration file (TOML).", show_default=False)],
+    faults: Annotated[int, typer.Option(min=1, help="How many; from 20 on each class has its turn.")] = 20,
+    seed: Annotated[int, typer.Option(help="Decides which fault strikes when.")] = 0,
+    only: Annotated[
+        list[str] | None, typer.Option(help="A fault class; may be given more than once.", show_default="all")
+    ] = None,
+    runs: Annotated[Path, typer.Option(help="Where the runs are made.")] = Path("runs/chaos"),
+    json: JsonOption = False,
+) -> None:
+    """Train once untouched and once under faults, and compare weights, episodes and replay byte for byte."""
+    from orchestrator.chaos import catalogue, rehearsal, report
+
+    scenarios = catalogue.chosen(tuple(only or ()))
+    order = rehearsal.Order(config=config, faults=faults, seed=seed, scenarios=scenarios, runs=runs)
+    with _at_work() as (display, stop):
+        found = rehearsal.rehearse(order, display, stop)
+    if json:
+        _print_json(found)
+    else:
+        Console().print(report.report_view(found))
+    if not found.passed:
+        raise typer.Exit(FAILED)
+
+
 @models_app.command("pull", epilog=_examples("orchestrator models pull"))
 def pull_models(force: ForceOption = False) -> None:
     """Fetch the pose network into the user's cache, unless it is there and whole."""

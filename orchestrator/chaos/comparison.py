@@ -1,0 +1,96 @@
+"""Whether two runs came to the same: their weights, episodes and transitions, byte for byte."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from msgspec import Struct
+
+from orchestrator.chaos.rows import row_bytes, row_counts
+
+CHUNK = 1 << 20
+WEIGHTS, EPISODES, REPLAY = "weights.safetensors", "episodes.jsonl", "replay"
+
+
+class Comparison(Struct, frozen=True, kw_only=True):
+    """What holds of a run against the one that nothing happened to.
+
+    Attributes:
+        weights, episodes, replay: whether these are the same to the byte.
+        transitions: in the untouched run's replay journal; none where the learner keeps no journal.
+        lost: transitions of the untouched run that this one has not, or not as often. They are told apart by the rows
+            of the journal, each a step of all drones.
+        doubled: transitions that this one has more often than the untouched run, or that are not in that at all.
+        differences: the first difference of each file that is not the same.
+    """
+
+    weights: bool
+    episodes: bool
+    replay: bool
+    transitions: int
+    lost: int
+    doubled: int
+    differences: tuple[str, ...]
+
+    @property
+    def identical(self) -> bool:
+        """Whether all is the same."""
+        return self.weights and self.episodes and self.replay
+
+
+def compare(untouched: Path, touched: Path, *, rows: int, drones: int) -> Comparison:
+    """Compare two run directories.
+
+    Args:
+        rows: how many the untouched run's journal has, each a step of so many drones.
+
+    Raises:
+        RehearsalFailed: the untouched run's journal has another number of rows.
+    """
+    weights = _difference(untouched, touched, WEIGHTS)
+    episodes = _difference(untouched, touched, EPISODES)
+    segments = [_difference(untouched, touched, name) for name in _segments(untouched, touched)]
+    size = row_bytes(untouched / REPLAY, rows)
+    expected, found = row_counts(untouched / REPLAY, size), row_counts(touched / REPLAY, size)
+    differences = (weights, episodes, *segments)
+    return Comparison(
+        weights=weights is None,
+        episodes=episodes is None,
+        replay=not any(segments),
+        transitions=drones * expected.total(),
+        lost=drones * (expected - found).total(),
+        doubled=drones * (found - expected).total(),
+        differences=tuple(difference for difference in differences if difference is not None),
+    )
+
+
+def _segments(*runs: Path) -> list[str]:
+    """Every file under `replay/` of any of the runs."""
+    found = {str(path.relative_to(run)) for run in runs for path in (run / REPLAY).rglob("*") if path.is_file()}
+    return sorted(found)
+
+
+def _difference(untouched: Path, touched: Path, name: str) -> str | None:
+    """Where the files differ first, in words; None where they are the same."""
+    missing = [run for run in (untouched, touched) if not (run / name).is_file()]
+    if missing:
+        return f"{name} is missing in {' and '.join(map(str, missing))}"
+    for offset, expected, found in _chunks(untouched / name, touched / name):
+        if expected != found:
+            return f"{name} differs from byte {offset + _first_difference(expected, found)} on"
+    return None
+
+
+def _chunks(untouched: Path, touched: Path) -> Iterator[tuple[int, bytes, bytes]]:
+    with untouched.open("rb") as expected, touched.open("rb") as found:
+        offset = 0
+        while True:
+            pair = expected.read(CHUNK), found.read(CHUNK)
+            if pair == (b"", b""):
+                return
+            yield offset, *pair
+            offset += CHUNK
+
+
+def _first_difference(expected: bytes, found: bytes) -> int:
+    shorter = min(len(expected), len(found))
+    return next((index for index in range(shorter) if expected[index] != found[index]), shorter)

@@ -1,0 +1,35 @@
+"""A reply that comes when its caller has given up: it must not be taken for the next one's."""
+
+from orchestrator.chaos.invariants import require_unhurt
+from orchestrator.chaos.orders import carried_out
+from orchestrator.chaos.rehearsed_run import RehearsedRun
+from orchestrator.chaos.scenario import Scenario
+from protocol.messages import Role
+
+OVERDUE = 2.0
+"""Seconds past its deadline."""
+
+
+class LateReply(Scenario):
+    """A worker answers too late.
+
+    Setup: workers of the role run.
+    Fault: one of them holds a reply back until the call's deadline has passed.
+    Recovery: the training goes on.
+    Invariant: the worker, which was slow and did not hang, still runs.
+    """
+
+    def __init__(self, role: Role) -> None:
+        self._role = role
+
+    def setup(self, run: RehearsedRun) -> None:
+        """Note who is there."""
+        self._workers = run.crew.alive(self._role)
+
+    def fault(self, run: RehearsedRun) -> float:
+        """Hold the next reply back."""
+        return carried_out(run, f"reply-{self._role.value}", f"wait {run.timeouts.call + OVERDUE:g}")
+
+    def invariant(self, run: RehearsedRun) -> None:
+        """Being late is no reason to be killed."""
+        require_unhurt(self._workers, by="a late reply")

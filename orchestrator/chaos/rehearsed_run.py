@@ -1,0 +1,218 @@
+"""A training by the real command, in processes of its own, to which things can be done."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import TracebackType
+
+import psutil
+
+from orchestrator.chaos.crew import MARK, Crew, end, marked
+from orchestrator.chaos.errors import NotRecovered, RehearsalFailed, RunEnded
+from orchestrator.chaos.progress_log import ProgressLog
+from orchestrator.json_lines import last_lines
+from orchestrator.launch import module_command
+from orchestrator.run_directory import ProcessRecord, RunDirectory
+from orchestrator.socket_directory import sockets_of
+from orchestrator.stop_request import StopRequest
+from orchestrator.worker_process import ending
+from protocol.config import TimeoutsConfig
+from protocol.failpoint import VARIABLE, Failpoints
+from protocol.messages import Role
+
+LOOK_EVERY = 0.05
+PATIENCE = 300.0
+"""Seconds within which a run has to be as it should be again; a busy machine takes long to start a worker."""
+LAST_BREATH = 60.0
+KILL_PATIENCE = 10.0
+
+
+class RehearsedRun:
+    """A run and the orchestrator that works on it; none of their processes is left when this ends.
+
+    Args:
+        path: the run directory to be made; logs and failpoints are kept beside it.
+        show: told what is going on, each time that it is looked at.
+    """
+
+    def __init__(
+        self,
+        config: Path,
+        path: Path,
+        timeouts: TimeoutsConfig,
+        stop: StopRequest,
+        show: Callable[["RehearsedRun"], None],
+    ) -> None:
+        self.directory = RunDirectory(path)
+        self.timeouts = timeouts
+        self.crew = Crew(self.directory)
+        self.progress = ProgressLog(self.directory.progress_path)
+        self.failpoints = Failpoints(_beside(path, ".failpoints"))
+        self.resumes = 0
+        self._config = config
+        self._log = _beside(path, ".log")
+        self._mark = str(path.resolve())
+        self._stop = stop
+        self._show = show
+        self._orchestrator: subprocess.Popen[bytes] | None = None
+
+    def __enter__(self) -> "RehearsedRun":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def begin(self) -> None:
+        """Start the training."""
+        self._start("train", str(self._config), "--run", str(self.directory.path), "--no-evaluate")
+
+    def resume(self) -> None:
+        """Have a new orchestrator go on with the run."""
+        self.resumes += 1
+        self._start("resume", str(self.directory.path))
+
+    def signal_orchestrator(self, number: signal.Signals) -> None:
+        """Stop, continue or kill the orchestrator; whoever kills it has to `resume`."""
+        orchestrator = self._required()
+        orchestrator.send_signal(number)
+        if number is signal.SIGKILL:
+            orchestrator.wait(KILL_PATIENCE)
+            self._orchestrator = None
+
+    @property
+    def orchestrator_pid(self) -> int | None:
+        """Its number; None where none works on the run."""
+        return self._orchestrator.pid if self._orchestrator else None
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the orchestrator has brought the run to its end."""
+        return self._orchestrator is not None and self._orchestrator.poll() == 0
+
+    def orchestrator_record(self) -> ProcessRecord:
+        """The orchestrator as `workers.json` tells of the others."""
+        pid = self._required().pid
+        return ProcessRecord(
+            name=Role.ORCHESTRATOR.value,
+            role=Role.ORCHESTRATOR,
+            address=f"ipc://{sockets_of(self.directory.path)}/orchestrator",
+            pid=pid,
+            started=psutil.Process(pid).create_time(),
+            log=self._log.name,
+        )
+
+    def now(self) -> float:
+        """Seconds since 1970, by the clock that the agent's progress goes by."""
+        return time.time()
+
+    def look(self) -> None:
+        """Take in how the run is.
+
+        Raises:
+            RehearsalFailed: its orchestrator has given up.
+            Interrupted: somebody asked us to stop.
+        """
+        self._stop.check()
+        self.progress.read()
+        self.crew.alive()
+        self._show(self)
+        code = self._orchestrator.poll() if self._orchestrator else None
+        if code:
+            raise RehearsalFailed(f"the orchestrator {ending(code)}: {self._last_words()} (log: {self._log})")
+
+    def wait(self, until: Callable[[], bool], what: str, patience: float = PATIENCE) -> None:
+        """Watch the run until something holds.
+
+        Raises:
+            NotRecovered: it did not in time.
+            RunEnded: the run came to its end before.
+            RehearsalFailed, Interrupted: as `look` does.
+        """
+        deadline = time.monotonic() + patience
+        while True:
+            over = self.is_over
+            self.look()
+            if until():
+                return
+            if over:
+                raise RunEnded(f"the run ended before {what}")
+            if time.monotonic() > deadline:
+                raise NotRecovered(f"{what} has not come within {patience:g} s")
+            self._stop.nap(LOOK_EVERY)
+
+    def nap(self, seconds: float) -> None:
+        """Watch the run for a while."""
+        end_of_nap = time.monotonic() + seconds
+        self.wait(lambda: time.monotonic() >= end_of_nap, "a pause was over")
+
+    def finish(self) -> None:
+        """Wait for the end of the run, however long it takes."""
+        while not self.is_over:
+            self.look()
+            self._stop.nap(LOOK_EVERY)
+        self.progress.read()
+
+    def member(self, role: Role, chance: float) -> ProcessRecord:
+        """One of the living processes of a role, which one as `chance` in [0, 1) has it; waits until there is one."""
+        self.wait(lambda: bool(self.crew.alive(role)), f"a process for {role.value} was there")
+        alive = self.crew.alive(role)
+        return alive[int(chance * len(alive))]
+
+    def successor(self, process: ProcessRecord) -> ProcessRecord | None:
+        """Who runs under the process's name in its place."""
+        same_name = (other for other in self.crew.alive() if other.name == process.name)
+        return next((other for other in same_name if _identity(other) != _identity(process)), None)
+
+    def stop_in_order(self) -> None:
+        """Have the orchestrator stop the run as Ctrl-C would."""
+        if self._orchestrator is None or self._orchestrator.poll() is not None:
+            return
+        for number in (signal.SIGCONT, signal.SIGTERM):
+            self._orchestrator.send_signal(number)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._orchestrator.wait(LAST_BREATH)
+
+    def close(self) -> None:
+        """End whatever still belongs to the rehearsal."""
+        if self._orchestrator is not None:
+            if self._orchestrator.poll() is None:
+                self._orchestrator.kill()
+            self._orchestrator.wait(KILL_PATIENCE)
+        end(marked(self._mark), KILL_PATIENCE)
+
+    def _start(self, *arguments: str) -> None:
+        self._log.parent.mkdir(parents=True, exist_ok=True)
+        with self._log.open("ab") as log:
+            self._orchestrator = subprocess.Popen(
+                module_command("orchestrator", *arguments),
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                env={**os.environ, **self._environment()},
+                process_group=0,
+            )
+
+    def _environment(self) -> Mapping[str, str]:
+        return {MARK: self._mark, VARIABLE: str(_beside(self.directory.path, ".failpoints").resolve())}
+
+    def _required(self) -> subprocess.Popen[bytes]:
+        if self._orchestrator is None:
+            raise RunEnded(f"no orchestrator works on {self.directory.path}")
+        return self._orchestrator
+
+    def _last_words(self) -> str:
+        return next((line.decode(errors="replace") for line in last_lines(self._log)), "it said nothing")
+
+
+def _beside(path: Path, suffix: str) -> Path:
+    return path.with_name(path.name + suffix)
+
+
+def _identity(process: ProcessRecord) -> tuple[int, float]:
+    return process.pid, process.started
