@@ -14,7 +14,7 @@ from orchestrator.chaos.scenario import Scenario
 from protocol.messages import Role
 
 LONGEST = 6.0
-SHORTEST = 2.0
+SHORTEST = 1.0
 
 CAN_FILL_DISKS = sys.platform == "linux"
 """Only there can another process's limits be set."""

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import shutil
 import signal
 import subprocess
 import time
@@ -185,6 +186,8 @@ class RehearsedRun:
                 self._orchestrator.kill()
             self._orchestrator.wait(KILL_PATIENCE)
         end(marked(self._mark), KILL_PATIENCE)
+        for left in (sockets_of(self.directory.path), _beside(self.directory.path, ".failpoints")):
+            shutil.rmtree(left, ignore_errors=True)
 
     def _start(self, *arguments: str) -> None:
         self._log.parent.mkdir(parents=True, exist_ok=True)
