@@ -2,45 +2,62 @@
 
 import argparse
 import logging
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from agent.commands import Workers, evaluate_run, train_run
+from agent.commands import evaluate_run, train_run
+from agent.connections import Workers
 from protocol import logs
+from protocol.enrolment import Enrolment
 from protocol.errors import VantageError
+from protocol.exit_code import ExitCode, exit_code_of
+from protocol.failpoint import failpoint_of
 
 _log = logging.getLogger("agent")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Do one of the agent's jobs; 0 when it is done or was stopped on request, 2 when it can't be done."""
-    options = _parser().parse_args(arguments)
+    """Do one of the agent's jobs, and say with the exit code how it ended: see `protocol.exit_code`."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    workers = _workers(options, parser)
     logs.configure("agent")
-    workers = Workers(render=tuple(options.render), perception=tuple(options.perception))
     try:
         if options.job == "train":
-            train_run(options.run, workers)
+            train_run(options.run, workers, failpoint_of(os.environ))
         else:
             evaluate_run(options.run, workers, episodes=options.episodes, names=options.policy)
-    except VantageError as error:
+    except (VantageError, OSError) as error:
         _log.error("%s", error, extra={"error": type(error).__name__})
-        return 2
-    return 0
+        return exit_code_of(error)
+    return ExitCode.DONE
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m agent", description="Learns where to fly.")
     jobs = parser.add_subparsers(dest="job", required=True)
-    train = jobs.add_parser("train", help="train as the run's config.toml says")
+    train = jobs.add_parser("train", help="train as the run's config.toml says, or go on with it")
     evaluate = jobs.add_parser("evaluate", help="let the trained policy and the baselines fly on test scenes")
     for job in (train, evaluate):
         job.add_argument("--run", type=Path, required=True, help="the run directory")
-        job.add_argument("--render", action="append", required=True, help="address of a render worker; may be repeated")
-        job.add_argument("--perception", action="append", required=True, help="of a perception worker; likewise")
+        job.add_argument("--render", action="append", default=[], help="address of a render worker; may be repeated")
+        job.add_argument("--perception", action="append", default=[], help="of a perception worker; likewise")
+        job.add_argument("--orchestrator", help="where to register, and to learn of workers")
+        job.add_argument("--name", default="", help="what the orchestrator calls this process")
     evaluate.add_argument("--episodes", type=_count, help="flights of each policy, instead of the configured number")
     evaluate.add_argument("--policy", action="append", default=[], help="which to fly, instead of all; may be repeated")
     return parser
+
+
+def _workers(options: argparse.Namespace, parser: argparse.ArgumentParser) -> Workers:
+    if options.orchestrator is None and not (options.render and options.perception):
+        parser.error("without --orchestrator, --render and --perception are required")
+    enrolment = None
+    if options.orchestrator is not None:
+        enrolment = Enrolment(options.orchestrator, options.name or options.job)
+    return Workers(render=tuple(options.render), perception=tuple(options.perception), enrolment=enrolment)
 
 
 def _count(text: str) -> int:

@@ -2,60 +2,54 @@
 
 import logging
 import time
-from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from msgspec import Struct
-
+from agent.connections import Connections, Workers
 from agent.evaluation import evaluate
-from agent.eyes import Eyes, RemoteEyes
 from agent.journal import Journal, write_record
 from agent.learner import make_learner
 from agent.logbook import PROGRESS_EVERY, Clocks
 from agent.pace import Pace
 from agent.policies import BASELINES, Policy, baseline, learned
-from agent.stopping import stop_on_signals
-from agent.training import Training
+from agent.resume import open_training
+from agent.stopping import StopRequest, stop_on_signals
 from agent.vector_hover import VectorHover
 from agent.weights import FILE_NAME, load_weights
 from protocol.config import RunConfig, load_config
-from protocol.dispatcher import Statistics
-from protocol.errors import InvalidInput
-from protocol.messages import Role
-from protocol.pool import Pool
-from protocol.priority import let_others_go_first
+from protocol.errors import CallFailed, InvalidInput
+from protocol.failpoint import Failpoint, no_failpoint
 from protocol.records import Evaluation, Progress, Summary
-from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)
 
 _CLOCKS = Clocks(wall=time.time, steady=time.monotonic)
 
 
-class Workers(Struct, frozen=True):
-    """Where the workers of a run serve."""
-
-    render: tuple[str, ...]
-    perception: tuple[str, ...]
-
-
 class EvaluationStopped(Exception):
     """Somebody asked to stop before the last flight was over."""
 
 
-def train_run(run: Path, workers: Workers) -> Summary:
-    """Train as the run's configuration says; records, curves and weights go into the run directory.
+def train_run(run: Path, workers: Workers, failpoint: Failpoint = no_failpoint) -> Summary | None:
+    """Train as the run's configuration says, from its newest checkpoint on if there is one; None if stopped before.
+
+    Records, curves, checkpoints and weights go into the run directory.
 
     Raises:
-        InvalidConfig, DeadlineExceeded, CallFailed: see `protocol.errors`; weights written before then stay.
+        InvalidConfig: see `protocol.errors`.
+        ResumeRefused: see `agent.errors`; nothing was changed.
+        DeadlineExceeded, CallFailed: the workers are gone; what was flown so far is kept.
     """
     config = load_config(run / "config.toml")
     learner = make_learner(config.learner, config.environment, seed=config.seed)
-    with _eyes(config, workers) as (eyes, calls), Journal(run) as journal, stop_on_signals() as stop:
-        env = VectorHover(eyes, config=config.environment)
-        training = Training(run, config, env=env, learner=learner, journal=journal, clocks=_CLOCKS, stop=stop)
-        summary = training.run(calls)
+    with stop_on_signals() as stop, Connections(config, workers, stop.ask) as connections:
+        env = VectorHover(connections.eyes, config=config.environment)
+        with open_training(
+            run, config, env=env, learner=learner, clocks=_CLOCKS, stop=stop, failpoint=failpoint
+        ) as training:
+            if not _ready(connections, stop):
+                return None
+            summary = training.run(connections.statistics)
     _log.info("trained %d steps at %.1f a second", summary.steps, summary.steps_per_second)
     return summary
 
@@ -70,15 +64,33 @@ def evaluate_run(run: Path, workers: Workers, *, episodes: int | None, names: Se
     config = load_config(run / "config.toml")
     policies = _policies(run, config, names or (config.learner.algorithm, *config.evaluation.baselines))
     flights = config.evaluation.episodes if episodes is None else episodes
-    with _eyes(config, workers) as (eyes, _), Journal(run) as journal, stop_on_signals() as stop:
-        watch = EvaluationWatch(journal, len(policies) * flights * config.environment.episode_steps, _CLOCKS, stop)
+    steps = len(policies) * flights * config.environment.episode_steps
+    with stop_on_signals() as stop, Connections(config, workers, stop.ask) as connections, Journal(run) as journal:
+        if not _ready(connections, stop):
+            return None
+        watch = EvaluationWatch(journal, steps, _CLOCKS, stop)
         try:
-            evaluation = evaluate(eyes, config, policies, flights, watch)
-        except EvaluationStopped:
+            evaluation = evaluate(connections.eyes, config, policies, flights, watch)
+        except (EvaluationStopped, CallFailed):
+            # Who is asked to end may find the workers ended before it.
+            if not stop():
+                raise
             _log.info("stopped on request, before the evaluation was whole")
             return None
         write_record(run / "evaluation.json", evaluation)
     return evaluation
+
+
+def _ready(connections: Connections, stop: StopRequest) -> bool:
+    """Whether there are workers; not if somebody asked to stop while none were there."""
+    try:
+        connections.wait_ready()
+    except CallFailed:
+        if not stop():
+            raise
+        _log.info("stopped on request, before there were workers")
+        return False
+    return True
 
 
 class EvaluationWatch:
@@ -132,23 +144,3 @@ def _trained(run: Path, config: RunConfig) -> Policy:
     learner.load_weights(weights)
     _log.info("flying weights of %s steps", about.get("steps", "unknown"))
     return learned(learner)
-
-
-@contextmanager
-def _eyes(config: RunConfig, workers: Workers) -> Generator[tuple[Eyes, Callable[[], Statistics]]]:
-    """Connections to the workers, all of them ready, and what they have counted."""
-    timeouts = Timeouts.from_config(config.timeouts)
-    with (
-        Pool(workers.render, role=Role.AGENT, serves=Role.RENDER, timeouts=timeouts) as render,
-        Pool(workers.perception, role=Role.AGENT, serves=Role.PERCEPTION, timeouts=timeouts) as perception,
-    ):
-        render.wait_ready()
-        perception.wait_ready()
-        # Only now: the threads of both pools keep theirs, so that an update does not hold up the next pictures.
-        let_others_go_first()
-        yield RemoteEyes(render, perception), lambda: _sum(render.statistics, perception.statistics)
-
-
-def _sum(first: Statistics, second: Statistics) -> Statistics:
-    names = first.__struct_fields__
-    return Statistics(**{name: getattr(first, name) + getattr(second, name) for name in names})

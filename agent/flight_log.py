@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from agent.flight import succeeded
@@ -12,6 +13,9 @@ from protocol.records import Episode
 
 RECENT = 20
 """How many of the last flights the means are over."""
+
+SCRIPTED = "scripted"
+"""What the policy is called that fills the replay memory."""
 
 
 class FlightLog:
@@ -40,6 +44,21 @@ class FlightLog:
     def mean_uncertainty(self) -> float | None:
         """Weighted uncertainty at their ends, over the last flights; None before the first."""
         return statistics.fmean(episode.uncertainty for episode in self._recent) if self._recent else None
+
+    @property
+    def learners_return(self) -> float | None:
+        """The mean return, once all of the last flights were the learner's own; None before."""
+        own = [episode for episode in self._recent if episode.policy != SCRIPTED]
+        return self.mean_return if len(own) == RECENT else None
+
+    def state(self) -> dict[str, Any]:
+        """What the next records depend on, as plain values."""
+        return {"count": self.count, "recent": msgspec.to_builtins(list(self._recent))}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        self.count = state["count"]
+        self._recent = deque(msgspec.convert(state["recent"], list[Episode]), maxlen=RECENT)
 
     def _record(self, final: Mapping[str, Any], policy: str, number: int) -> Episode:
         outcome, uncertainty = final["outcome"], float(final["uncertainty"])

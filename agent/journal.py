@@ -1,33 +1,52 @@
-"""What a training writes down as it goes, for people and for the orchestrator; nothing in it is needed to go on."""
+"""What a training writes down as it goes, for people and for the orchestrator.
 
-from collections.abc import Mapping
+Only the finished flights are part of its result. All else may have gaps: where the disk is full, it says so once and
+goes on.
+"""
+
+import contextlib
+import logging
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import IO, TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Self
 
 import msgspec
 
+from agent.growing_file import FileMark, GrowingFile
 from protocol.artifact import whole_file
 from protocol.records import Episode, Evaluation, Progress, Summary
 
 if TYPE_CHECKING:
     from torch.utils.tensorboard.writer import SummaryWriter
 
+_log = logging.getLogger(__name__)
+
+EPISODES, _PROGRESS = "episodes.jsonl", "progress.jsonl"
+
 
 class Journal:
-    """The records of a run directory: progress and episodes by the line, curves, and a summary at the end."""
+    """The records of a run directory: progress and episodes by the line, curves, and a summary at the end.
 
-    def __init__(self, run: Path) -> None:
+    Args:
+        run: the run directory.
+        episodes: bytes of the finished flights that a training goes on from; by default, all that are there.
+        flown: environment steps that it goes on from; points of curves beyond them are taken back.
+    """
+
+    def __init__(self, run: Path, *, episodes: int | None = None, flown: int = 0) -> None:
         self._run = run
-        self._progress = (run / "progress.jsonl").open("ab")
-        self._episodes = (run / "episodes.jsonl").open("ab")
+        self._flown = flown
+        self._progress = GrowingFile(run / _PROGRESS, _length_of(run / _PROGRESS))
+        self._episodes = GrowingFile(run / EPISODES, _length_of(run / EPISODES) if episodes is None else episodes)
         self._curves: SummaryWriter | None = None
+        self._failing = False
 
     def progress(self, progress: Progress) -> None:
         """Add a line on where the training stands; readers see it, and all episodes so far, at once."""
         _add_line(self._progress, progress)
-        self._progress.flush()
-        self._episodes.flush()
+        self._try(self._progress.write)
+        self._try(self._episodes.write)
 
     def episode(self, episode: Episode) -> None:
         """Add a line for a finished flight; it is written with the next progress."""
@@ -35,13 +54,18 @@ class Journal:
 
     def curves(self, step: int, values: Mapping[str, float]) -> None:
         """Add a point to each of TensorBoard's curves."""
-        if self._curves is None:
-            # Only here, since it loads torch, and an evaluation draws no curves.
-            from torch.utils.tensorboard.writer import SummaryWriter
+        self._try(lambda: self._draw(step, values))
 
-            self._curves = SummaryWriter(log_dir=str(self._run / "tensorboard"))
-        for name, value in values.items():
-            self._curves.add_scalar(name, value, step)
+    def sync(self) -> FileMark:
+        """See the finished flights through to the disk, and say what there is of them.
+
+        Raises:
+            OSError: the disk is full, say; what was not written is kept for the next time.
+        """
+        self._episodes.sync()
+        if self._curves is not None:
+            self._try(self._curves.flush)
+        return self._episodes.mark
 
     def summary(self, summary: Summary) -> None:
         """Write how the training ended."""
@@ -49,10 +73,11 @@ class Journal:
 
     def close(self) -> None:
         """Write out what is buffered."""
-        self._progress.close()
-        self._episodes.close()
+        for file in (self._progress, self._episodes):
+            self._try(file.write)
+            file.close()
         if self._curves is not None:
-            self._curves.close()
+            self._try(self._curves.close)
 
     def __enter__(self) -> Self:
         return self
@@ -62,6 +87,35 @@ class Journal:
     ) -> None:
         self.close()
 
+    def _draw(self, step: int, values: Mapping[str, float]) -> None:
+        if self._curves is None:
+            # Only here, since it loads torch, and an evaluation draws no curves.
+            from torch.utils.tensorboard.writer import SummaryWriter
+
+            self._curves = SummaryWriter(log_dir=str(self._run / "tensorboard"), purge_step=self._flown + 1)
+        for name, value in values.items():
+            self._curves.add_scalar(name, value, step)
+        self._flown = step
+
+    def _try(self, write: Callable[[], None]) -> None:
+        """Write what is not worth to end a training for."""
+        try:
+            write()
+        except OSError as error:
+            if not self._failing:
+                _log.warning("can't write down how the training goes, going on without: %s", error)
+            self._failing = True
+            self._give_up_curves()
+        else:
+            self._failing = False
+
+    def _give_up_curves(self) -> None:
+        """TensorBoard's writer is of no use after an error; the next point opens another."""
+        if self._curves is not None:
+            with contextlib.suppress(OSError):
+                self._curves.close()
+            self._curves = None
+
 
 def write_record(path: Path, record: Summary | Evaluation) -> None:
     """Write a record as a file of its own, whole or not at all."""
@@ -69,5 +123,9 @@ def write_record(path: Path, record: Summary | Evaluation) -> None:
         aside.write_bytes(msgspec.json.format(msgspec.json.encode(record)) + b"\n")
 
 
-def _add_line(file: IO[bytes], record: Progress | Episode) -> None:
-    file.write(msgspec.json.encode(record) + b"\n")
+def _add_line(file: GrowingFile, record: Progress | Episode) -> None:
+    file.add(msgspec.json.encode(record) + b"\n")
+
+
+def _length_of(path: Path) -> int:
+    return path.stat().st_size if path.exists() else 0

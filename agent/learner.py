@@ -1,5 +1,6 @@
 """What every learner can do, whatever its algorithm."""
 
+from collections.abc import Iterable
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
@@ -39,10 +40,19 @@ class Learner(Protocol):
     Attributes:
         off_policy: whether it learns from flights that others chose, such as scripted ones.
         updates: gradient updates done.
+
+    A checkpoint of it has three parts: its `weights`, its `state`, and of a replay memory only the number of steps in
+    it, `memory_steps`; they are in a journal, from which `recall` has them back. To go on, do `load_weights`,
+    `restore`, `recall`, in this order.
     """
 
     off_policy: bool
     updates: int
+
+    @property
+    def memory_steps(self) -> int:
+        """How many of the last steps of all drones are in its replay memory; 0 where it has none."""
+        ...
 
     def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
         """Velocities (n, 3) for observations (n, 111): the best it knows, or with `explore` drawn around it."""
@@ -57,11 +67,21 @@ class Learner(Protocol):
         ...
 
     def state(self) -> dict[str, Any]:
-        """All that its future depends on, random generators included: tensors, arrays and plain values, nested."""
+        """All that its future depends on beside the weights and the steps in replay memory, random generators included.
+
+        Tensors, arrays and plain values, nested: networks' hidden states, optimisers, a rollout under way.
+        """
         ...
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a `state` of a learner of the same configuration, bit for bit."""
+        ...
+
+    def recall(self, steps: Iterable[Transition]) -> None:
+        """Put the last `memory_steps` back into replay memory: transitions of one step or more, oldest first.
+
+        Their arrays have a leading axis of steps: (k, n, …).
+        """
         ...
 
     def weights(self) -> dict[str, NDArray[Any]]:
@@ -69,7 +89,7 @@ class Learner(Protocol):
         ...
 
     def load_weights(self, weights: dict[str, NDArray[Any]]) -> None:
-        """Take the parameters of a learner of the same configuration; only good for acting.
+        """Take the parameters of a learner of the same configuration; alone they are only good for acting.
 
         Raises:
             ArtifactDamaged: a parameter is missing, unknown, or has another shape.

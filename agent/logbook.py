@@ -80,6 +80,30 @@ class Logbook:
         )
 
     @property
+    def flown(self) -> int:
+        """Environment steps, over all phases."""
+        return self._flown
+
+    def state(self) -> dict[str, Any]:
+        """What later records depend on, as plain values; of the phase under way, `begin` tells again."""
+        return {
+            "flights": self.flights.state(),
+            "flown": self._flown,
+            "gathered": dict(self._gathered),
+        }
+
+    def stage_times(self) -> dict[Stage, list[float]]:
+        """Of the last steps."""
+        return self._stages.state()
+
+    def restore(self, state: dict[str, Any], stage_times: Mapping[Stage, list[float]]) -> None:
+        """Go on from a `state`; then `begin` the phase that was under way."""
+        self.flights.restore(state["flights"])
+        self._flown = state["flown"]
+        self._gathered = defaultdict(list, state["gathered"])
+        self._stages.restore(stage_times)
+
+    @property
     def stages(self) -> dict[Stage, float]:
         """Median seconds that an environment step spends in each stage."""
         return self._stages.medians()

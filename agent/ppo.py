@@ -4,6 +4,7 @@ A truncated flight is bootstrapped with the value of its own last observation, a
 does not leak into it: skrl does both when it is told to and given the final observation, not the next flight's first.
 """
 
+from collections.abc import Iterable
 from typing import Any
 
 import torch
@@ -18,11 +19,13 @@ from agent.networks import GaussianPolicy, Value
 from agent.randomness import random_state, restore_random_state, seed_all
 from agent.skrl_state import (
     load_network_weights,
-    memory_state,
-    modules_state,
+    memory_index,
+    memory_tensors,
     network_weights,
-    restore_memory,
-    restore_modules,
+    optimizers_state,
+    restore_memory_index,
+    restore_memory_tensors,
+    restore_optimizers,
     tracked,
 )
 from agent.spaces import action_space, observation_space
@@ -42,6 +45,7 @@ class PpoLearner:
     """
 
     off_policy = False
+    memory_steps = 0
 
     def __init__(self, config: PpoConfig, environment: EnvironmentConfig, *, seed: int) -> None:
         num_envs = environment.num_envs
@@ -92,11 +96,12 @@ class PpoLearner:
         return tracked(self._agent)
 
     def state(self) -> dict[str, Any]:
-        """Everything that lasts, a rollout under way included; see `Learner.state`."""
+        """What lasts beside the weights, a rollout under way included; see `Learner.state`."""
         under_way = {name: getattr(self._agent, name) for name in _UNDER_WAY}
         return {
-            "modules": modules_state(self._agent),
-            "memory": memory_state(self._memory),
+            "optimizers": optimizers_state(self._agent),
+            "rollout": memory_tensors(self._memory),
+            "memory": memory_index(self._memory),
             "under_way": {name: None if value is None else value.clone() for name, value in under_way.items()},
             "observed": self._observed,
             "learned": self._learned,
@@ -106,12 +111,16 @@ class PpoLearner:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a `state`."""
-        restore_modules(self._agent, state["modules"])
-        restore_memory(self._memory, state["memory"])
+        restore_optimizers(self._agent, state["optimizers"])
+        restore_memory_tensors(self._memory, state["rollout"])
+        restore_memory_index(self._memory, state["memory"])
         for name, value in state["under_way"].items():
             setattr(self._agent, name, None if value is None else value.clone())
         self._observed, self._learned, self.updates = state["observed"], state["learned"], state["updates"]
         restore_random_state(state["random"])
+
+    def recall(self, steps: Iterable[Transition]) -> None:
+        """Nothing: what it learns from is in its own state."""
 
     def weights(self) -> dict[str, NDArray[Any]]:
         """The parameters of the policy and the value network."""

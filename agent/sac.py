@@ -1,16 +1,19 @@
 """Soft actor-critic (seed, section 4.3.2) on skrl's agent, with a loop, a policy and a checkpoint of our own.
 
 skrl's trainers always begin at step 0 and its checkpoints leave out the entropy coefficient, the replay memory and the
-random generators; here `state` has all of them.
+random generators; here `state` has all of them but the transitions, which `recall` puts back.
 """
 
+from collections.abc import Iterable
 from typing import Any
 
+import numpy as np
 import torch
 from numpy.typing import NDArray
 from skrl.agents.torch.sac import SAC, SAC_CFG
 from skrl.memories.torch import RandomMemory
 from skrl.models.torch import Model
+from torch import Tensor
 
 from agent.features import Features
 from agent.learner import Statistics, Transition, learned_rewards
@@ -18,11 +21,11 @@ from agent.networks import Critic, SquashedPolicy
 from agent.randomness import random_state, restore_random_state, seed_all
 from agent.skrl_state import (
     load_network_weights,
-    memory_state,
-    modules_state,
+    memory_index,
     network_weights,
-    restore_memory,
-    restore_modules,
+    optimizers_state,
+    restore_memory_index,
+    restore_optimizers,
     tracked,
 )
 from agent.spaces import action_space, observation_space
@@ -64,15 +67,7 @@ class SacLearner:
 
     def observe(self, transition: Transition) -> None:
         """Keep a step of every drone; a truncated one is bootstrapped from its final observation, a crash is not."""
-        config = self._config
-        rewards = learned_rewards(transition.rewards, config.reward_floor, config.reward_scale)
-        samples: dict[str, Any] = {
-            "observations": torch.from_numpy(transition.observations),
-            "actions": torch.from_numpy(transition.actions),
-            "rewards": torch.from_numpy(rewards)[:, None],
-            "next_observations": torch.from_numpy(transition.next_observations),
-            "terminated": torch.from_numpy(transition.terminated)[:, None],
-        }
+        samples: dict[str, Any] = self._samples(transition)
         self._memory.add_samples(**samples)
         self._observed += len(transition.rewards)
 
@@ -85,11 +80,11 @@ class SacLearner:
         return tracked(self._agent)
 
     def state(self) -> dict[str, Any]:
-        """Everything that lasts; see `Learner.state`."""
+        """What lasts beside the weights and the transitions in memory; see `Learner.state`."""
         return {
-            "modules": modules_state(self._agent),
+            "optimizers": optimizers_state(self._agent),
             "log_entropy_coefficient": self._agent.log_entropy_coefficient.detach().clone(),
-            "memory": memory_state(self._memory),
+            "memory": memory_index(self._memory),
             "observed": self._observed,
             "updates": self.updates,
             "random": random_state(),
@@ -97,14 +92,29 @@ class SacLearner:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a `state`."""
-        restore_modules(self._agent, state["modules"])
+        restore_optimizers(self._agent, state["optimizers"])
         with torch.no_grad():
             # In place: the optimiser holds this very tensor.
             self._agent.log_entropy_coefficient.copy_(state["log_entropy_coefficient"])
         _derive_entropy_coefficient(self._agent)
-        restore_memory(self._memory, state["memory"])
+        restore_memory_index(self._memory, state["memory"])
         self._observed, self.updates = state["observed"], state["updates"]
         restore_random_state(state["random"])
+
+    @property
+    def memory_steps(self) -> int:
+        """How many of the last steps of all drones are in memory."""
+        return self._memory.memory_size if self._memory.filled else self._memory.memory_index
+
+    def recall(self, steps: Iterable[Transition]) -> None:
+        """Put the last `memory_steps` back where they were."""
+        size = self._memory.memory_size
+        place = self._memory.memory_index - self.memory_steps
+        for transition in steps:
+            places = torch.arange(place, place + len(transition.rewards)) % size
+            for name, samples in self._samples(transition).items():
+                self._memory.tensors[name][places] = samples
+            place += len(transition.rewards)
 
     def weights(self) -> dict[str, NDArray[Any]]:
         """The parameters of the policy and the critics."""
@@ -113,6 +123,19 @@ class SacLearner:
     def load_weights(self, weights: dict[str, NDArray[Any]]) -> None:
         """Take another learner's parameters."""
         load_network_weights(self._agent, weights)
+
+    def _samples(self, transition: Transition) -> dict[str, Tensor]:
+        """As they are kept: of one step of all drones, or of several in their order."""
+        config = self._config
+        kept = {
+            "observations": transition.observations,
+            "actions": transition.actions,
+            "rewards": learned_rewards(transition.rewards, config.reward_floor, config.reward_scale)[..., None],
+            "next_observations": transition.next_observations,
+            "terminated": transition.terminated[..., None],
+        }
+        # Fields of a journal's rows lie apart from each other, which torch can't share.
+        return {name: torch.from_numpy(np.require(array, requirements=["C", "W"])) for name, array in kept.items()}
 
 
 def _sac_agent(config: SacConfig, environment: EnvironmentConfig, policy: SquashedPolicy, memory: RandomMemory) -> SAC:

@@ -11,38 +11,42 @@ import torch
 from numpy.typing import NDArray
 from skrl.agents.torch import Agent
 from skrl.memories.torch import Memory
-from torch import nn
+from torch import Tensor, nn
+from torch.optim import Optimizer
 
 from protocol.errors import ArtifactDamaged
 
 
-def modules_state(agent: Agent) -> dict[str, Any]:
-    """The state of all networks and optimisers, copied."""
-    return {name: copy.deepcopy(module.state_dict()) for name, module in agent.checkpoint_modules.items()}
+def optimizers_state(agent: Agent) -> dict[str, Any]:
+    """The state of all optimisers, copied. That of the networks is `network_weights`."""
+    return {name: copy.deepcopy(module.state_dict()) for name, module in _optimizers(agent).items()}
 
 
-def restore_modules(agent: Agent, state: dict[str, Any]) -> None:
-    """Put `modules_state` back."""
-    for name, module in agent.checkpoint_modules.items():
-        module.load_state_dict(copy.deepcopy(state[name]))
+def restore_optimizers(agent: Agent, state: dict[str, Any]) -> None:
+    """Put `optimizers_state` back."""
+    for name, optimizer in _optimizers(agent).items():
+        optimizer.load_state_dict(copy.deepcopy(state[name]))
 
 
-def memory_state(memory: Memory) -> dict[str, Any]:
-    """The transitions in memory, copied, and where the next one goes."""
-    return {
-        "tensors": {name: tensor.clone() for name, tensor in memory.tensors.items()},
-        "memory_index": memory.memory_index,
-        "env_index": memory.env_index,
-        "filled": memory.filled,
-    }
+def memory_index(memory: Memory) -> dict[str, Any]:
+    """Where in memory the next step of all drones goes, and whether there is one in every place."""
+    return {"memory_index": memory.memory_index, "filled": memory.filled}
 
 
-def restore_memory(memory: Memory, state: dict[str, Any]) -> None:
-    """Put `memory_state` back, in place, since the views that are sampled share the tensors' storage."""
-    for name, tensor in state["tensors"].items():
+def restore_memory_index(memory: Memory, state: dict[str, Any]) -> None:
+    """Put `memory_index` back; what is in the places is `memory_tensors` or comes from elsewhere."""
+    memory.memory_index, memory.filled = state["memory_index"], state["filled"]
+
+
+def memory_tensors(memory: Memory) -> dict[str, Tensor]:
+    """All that is in memory, copied."""
+    return {name: tensor.clone() for name, tensor in memory.tensors.items()}
+
+
+def restore_memory_tensors(memory: Memory, tensors: dict[str, Tensor]) -> None:
+    """Put `memory_tensors` back, in place, since the views that are sampled share the tensors' storage."""
+    for name, tensor in tensors.items():
         memory.set_tensor_by_name(name, tensor)
-    memory.memory_index, memory.env_index = state["memory_index"], state["env_index"]
-    memory.filled = state["filled"]
 
 
 def network_weights(agent: Agent) -> dict[str, NDArray[Any]]:
@@ -81,3 +85,7 @@ def tracked(agent: Agent) -> dict[str, float]:
 
 def _networks(agent: Agent) -> dict[str, nn.Module]:
     return {name: module for name, module in agent.checkpoint_modules.items() if isinstance(module, nn.Module)}
+
+
+def _optimizers(agent: Agent) -> dict[str, Optimizer]:
+    return {name: module for name, module in agent.checkpoint_modules.items() if isinstance(module, Optimizer)}

@@ -60,6 +60,16 @@ class StageMedians:
             if math.isfinite(seconds):
                 self._recent[stage].append(seconds)
 
+    def state(self) -> dict[Stage, list[float]]:
+        """What the medians are of."""
+        return {stage: list(recent) for stage, recent in self._recent.items()}
+
+    def restore(self, state: Mapping[Stage, list[float]]) -> None:
+        """Go on from a `state`."""
+        for stage, recent in self._recent.items():
+            recent.clear()
+            recent.extend(state[stage])
+
     def medians(self) -> dict[Stage, float]:
         """Seconds a step, of the stages that were met."""
         return {stage: statistics.median(recent) for stage, recent in self._recent.items() if recent}

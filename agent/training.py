@@ -1,27 +1,58 @@
 """The loop: act, send, learn while the pictures are under way, receive, observe.
 
 What is learned in a step comes from the transitions up to the step before, however fast the workers are. So a training
-depends on its configuration and its seed alone.
+depends on its configuration and its seed alone; and between two steps, `state` is all that it depends on.
 """
 
 import logging
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
+from agent.call_counts import total
+from agent.checkpoint import Checkpoint, Content, Grown
+from agent.checkpoints import Checkpoints
+from agent.flight_log import SCRIPTED
 from agent.journal import Journal
 from agent.learner import Learner, Transition
+from agent.learner import Statistics as Losses
 from agent.logbook import Clocks, Logbook
 from agent.policies import Policy, scripted
+from agent.replay_journal import ReplayJournal
 from agent.vector_hover import StepResult, VectorHover
 from agent.weights import FILE_NAME, save_weights
 from protocol.arrays import Float32Array
 from protocol.config import RunConfig
 from protocol.dispatcher import Statistics as CallStatistics
+from protocol.errors import CallFailed
 from protocol.records import Phase, Summary
 
 _log = logging.getLogger(__name__)
+
+_TRIES = 10
+"""How often a checkpoint that could not be written is tried again until the next one is due."""
+
+
+class Records(Struct, frozen=True, eq=False, kw_only=True):
+    """Where a training writes; `replay` is none where the learner has no replay memory."""
+
+    run: Path
+    journal: Journal
+    replay: ReplayJournal | None
+    checkpoints: Checkpoints
+
+
+class _UnderWay(Struct, frozen=True, eq=False):
+    """A step that was begun: what is flown, and once it was learned, what came of that and how many seconds it took."""
+
+    actions: Float32Array
+    learned: Losses | None = None
+    learning: float = 0.0
 
 
 class Training:
@@ -29,94 +60,205 @@ class Training:
 
     def __init__(
         self,
-        run: Path,
         config: RunConfig,
         *,
         env: VectorHover,
         learner: Learner,
-        journal: Journal,
+        records: Records,
         clocks: Clocks,
         stop: Callable[[], bool],
     ) -> None:
-        self._weights = run / FILE_NAME
         self._config = config
         self._env = env
         self._learner = learner
-        self._journal = journal
+        self._records = records
         self._clocks = clocks
         self._stop = stop
-        self._logbook = Logbook(journal, config, clocks)
-        self._trained = 0
+        self._logbook = Logbook(records.journal, config, clocks)
+        self._phase: Phase = "prefill" if learner.off_policy and config.training.prefill else "training"
+        self._done = 0
+        self._under_way: _UnderWay | None = None
+        self._seconds = 0.0
+        self._calls = CallStatistics()
+        self._counted: Callable[[], CallStatistics] = CallStatistics
+        self._resumed = False
+        self._kept: int | None = None
+        self._plan_checkpoint()
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Go on from a checkpoint whose journals were cut back to it."""
+        state, measured = checkpoint.state(), checkpoint.measured()
+        self._phase, self._done = state["loop"]["phase"], state["loop"]["done"]
+        self._seconds = measured["seconds"]
+        self._calls = msgspec.convert(measured["calls"], CallStatistics)
+        if (under_way := state["loop"]["under_way"]) is not None:
+            self._under_way = _UnderWay(**under_way)
+        self._logbook.restore(state["logbook"], measured["stages"])
+        self._env.restore(state["environment"])
+        self._learner.load_weights(checkpoint.weights())
+        # After all that might draw: the generators of the process are the learner's.
+        self._learner.restore(state["learner"])
+        if self._records.replay is not None:
+            self._learner.recall(self._records.replay.last(self._learner.memory_steps))
+        self._resumed, self._kept = True, self._logbook.flown
+        self._plan_checkpoint()
+        _log.info("going on after %d steps", self._logbook.flown)
 
     def run(self, calls: Callable[[], CallStatistics]) -> Summary:
-        """Train for as many steps as configured, or until `stop` says so; write the weights and a summary either way.
+        """Train until all steps are flown, or `stop` says so; write a checkpoint, weights and a summary either way.
 
         Args:
             calls: what the connections to the workers have counted so far.
+
+        Raises:
+            CallFailed: the workers are gone; what was flown so far is kept.
         """
+        self._counted = calls
+        try:
+            self._fly_all()
+        except CallFailed:
+            self._keep()
+            if not self._stop():
+                raise
+        return self._end()
+
+    def _fly_all(self) -> None:
+        if not self._resumed:
+            self._env.reset(seed=self._config.seed)
         training = self._config.training
-        observations, _ = self._env.reset(seed=self._config.seed)
-        if self._learner.off_policy and training.prefill:
-            prefill = scripted(self._config.environment, training.prefill_noise)
-            self._fly("prefill", "scripted", prefill, observations, training.prefill)
-            observations, _ = self._env.reset()
-        begun = self._clocks.steady()
-        self._fly("training", self._config.learner.algorithm, self._explore, observations, training.steps)
-        summary = self._summary(self._clocks.steady() - begun, calls())
-        self._save()
-        self._journal.summary(summary)
-        self._logbook.begin("done", "", training.steps, done=self._trained)
-        self._logbook.write_progress()
-        return summary
+        if self._phase == "prefill":
+            script = scripted(self._config.environment, training.prefill_noise)
+            if not self._fly(SCRIPTED, script, training.prefill):
+                return
+            self._env.reset()
+            self._phase, self._done = "training", 0
+        self._fly(self._config.learner.algorithm, self._explore, training.steps)
 
-    def _fly(self, phase: Phase, name: str, policy: Policy, observations: Float32Array, steps: int) -> None:
-        """Let a policy fly for at least so many environment steps, and the learner learn from it."""
-        _log.info("%s: %d steps", phase, steps)
-        self._logbook.begin(phase, name, steps)
-        done = 0
-        while done < steps and not self._stop():
-            observations = self._step(policy, observations)
-            done += self._env.num_envs
-            if phase == "training":
-                self._trained = done
-                if done % self._config.training.checkpoint_every < self._env.num_envs:
-                    self._save()
+    def _fly(self, name: str, policy: Policy, steps: int) -> bool:
+        """Let a policy fly for at least so many environment steps, and the learner learn from it; whether it did."""
+        _log.info("%s: %d of %d steps", self._phase, self._done, steps)
+        self._logbook.begin(self._phase, name, steps, done=self._done)
+        while self._done < steps and not self._stop():
+            begun = self._clocks.steady()
+            self._step(policy)
+            self._done += self._env.num_envs
+            if self._phase == "training":
+                self._seconds += self._clocks.steady() - begun
+            if self._logbook.flown >= self._next_checkpoint:
+                self._keep()
         self._logbook.write_progress()
+        return self._done >= steps
 
-    def _step(self, policy: Policy, observations: Float32Array) -> Float32Array:
-        actions = policy(observations, self._env.flights)
-        self._env.send(actions)
-        begun = self._clocks.steady()
-        learned = self._learner.learn()
-        learning = self._clocks.steady() - begun
+    def _step(self, policy: Policy) -> None:
+        """Fly a step, or one that failed once more, without choosing or learning again."""
+        observations = self._env.observations
+        step = self._under_way or _UnderWay(policy(observations, self._env.flights))
+        self._under_way = step
+        self._env.send(step.actions)
+        if step.learned is None:
+            begun = self._clocks.steady()
+            learned = self._learner.learn()
+            step = replace(step, learned=learned, learning=self._clocks.steady() - begun)
+            self._under_way = step
         result = self._env.receive()
-        self._learner.observe(transition_of(observations, actions, result))
-        self._logbook.enter(self._env.num_envs, result[-1], learned, learning)
-        return result[0]
+        self._under_way = None
+        transition = transition_of(observations, step.actions, result)
+        self._learner.observe(transition)
+        if self._records.replay is not None:
+            self._records.replay.append(transition)
+        self._logbook.enter(self._env.num_envs, result[-1], step.learned or {}, step.learning)
 
     def _explore(self, observations: Float32Array, flights: object) -> Float32Array:
         return self._learner.act(observations, explore=True)
 
-    def _summary(self, seconds: float, calls: CallStatistics) -> Summary:
+    def _end(self) -> Summary:
+        summary = self._summary()
+        self._keep()
+        self._save_weights()
+        self._records.journal.summary(summary)
+        self._logbook.begin("done", "", self._config.training.steps, done=self._trained)
+        self._logbook.write_progress()
+        return summary
+
+    def _keep(self) -> None:
+        """Write a checkpoint, unless there is one of this very step; without room for it, say so and try later."""
+        flown = self._logbook.flown
+        if flown == self._kept or not self._env.flights:
+            return
+        try:
+            self._records.checkpoints.write(self._content(), self._sync)
+            self._kept = flown
+            self._plan_checkpoint()
+            self._save_weights()
+        except OSError as error:
+            again = max(1, self._config.training.checkpoint_every // _TRIES)
+            self._next_checkpoint = flown + again
+            _log.warning("no checkpoint after %d steps, trying again %d steps on: %s", flown, again, error)
+
+    def _plan_checkpoint(self) -> None:
+        every = self._config.training.checkpoint_every
+        self._next_checkpoint = (self._logbook.flown // every + 1) * every
+
+    def _sync(self) -> Grown:
+        replay = self._records.replay
+        return Grown(episodes=self._records.journal.sync(), replay=replay.sync() if replay else ())
+
+    def _content(self) -> Content:
+        return Content(
+            step=self._logbook.flown,
+            mean_return=self._logbook.flights.learners_return,
+            weights=self._learner.weights(),
+            about=self._about(),
+            state=self._state(),
+            measured=self._measured(),
+        )
+
+    def _state(self) -> dict[str, Any]:
+        step = self._under_way
+        under_way = step and {name: getattr(step, name) for name in step.__struct_fields__}
+        return {
+            "loop": {"phase": self._phase, "done": self._done, "under_way": under_way},
+            "environment": self._env.state(),
+            "learner": self._learner.state(),
+            "logbook": self._logbook.state(),
+        }
+
+    def _measured(self) -> dict[str, Any]:
+        calls = msgspec.to_builtins(self._all_calls())
+        return {"seconds": self._seconds, "calls": calls, "stages": self._logbook.stage_times()}
+
+    @property
+    def _trained(self) -> int:
+        return self._done if self._phase == "training" else 0
+
+    def _all_calls(self) -> CallStatistics:
+        """Those of the processes before as well."""
+        return total(self._calls, self._counted())
+
+    def _summary(self) -> Summary:
+        calls = self._all_calls()
         return Summary(
             steps=self._trained,
             episodes=self._logbook.flights.count,
             updates=self._learner.updates,
-            seconds=seconds,
-            steps_per_second=self._trained / seconds if seconds > 0 else 0.0,
+            seconds=self._seconds,
+            steps_per_second=self._trained / self._seconds if self._seconds > 0 else 0.0,
             stages=self._logbook.stages,
             late_replies=calls.late_replies,
             retries=calls.retries,
+            complete=self._trained >= self._config.training.steps,
         )
 
-    def _save(self) -> None:
-        about = {
+    def _save_weights(self) -> None:
+        save_weights(self._records.run / FILE_NAME, self._learner.weights(), self._about())
+
+    def _about(self) -> dict[str, str]:
+        return {
             "algorithm": self._config.learner.algorithm,
             "run_seed": str(self._config.seed),
             "steps": str(self._trained),
             "updates": str(self._learner.updates),
         }
-        save_weights(self._weights, self._learner.weights(), about)
 
 
 def transition_of(observations: Float32Array, actions: Float32Array, result: StepResult) -> Transition:

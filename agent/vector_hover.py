@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from agent.episode_seeds import drawn_seed, episode_seed
 from agent.eyes import Eyes
 from agent.flight import Flight, camera_of, earn, move, see, take_off
+from agent.flight_state import flight_of, flight_state
 from agent.hover import info_of
 from agent.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
 from agent.stages import StageTimes, times_of
@@ -114,7 +115,29 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         landed = [_Landed(flight, 0.0, False, times, None) for flight, times in [one.landed() for one in looking]]
         self.flights = tuple(step.flight for step in landed)
         self._begun += self.num_envs
-        return np.stack([observed(flight) for flight in self.flights]), self._infos(landed)
+        return self.observations, self._infos(landed)
+
+    @property
+    def observations(self) -> Float32Array:
+        """(n, 111) what every drone sees now."""
+        return np.stack([observed(flight) for flight in self.flights])
+
+    def state(self) -> dict[str, Any]:
+        """All that the episodes' future depends on, between two steps: arrays and plain values, nested."""
+        return {
+            "run_seed": self._run_seed,
+            "begun": self._begun,
+            "flights": [flight_state(flight) for flight in self.flights],
+            "generators": {name: rng.bit_generator.state for name, rng in self._generators().items()},
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state` of an environment of the same configuration."""
+        self._under_way = None
+        self._run_seed, self._begun = state["run_seed"], state["begun"]
+        self.flights = tuple(flight_of(flight) for flight in state["flights"])
+        for name, rng in self._generators().items():
+            rng.bit_generator.state = state["generators"][name]
 
     def send(self, actions: ArrayLike) -> None:
         """Fly every drone for a step and start all the pictures that it takes.
@@ -154,7 +177,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         self.flights = tuple(step.current[0] for step in landed)
         self._begun += sum(step.following is not None for step in landed)
         return (
-            np.stack([observed(flight) for flight in self.flights]),
+            self.observations,
             np.array([step.reward for step in landed]),
             np.array([step.flew and step.flight.ended_badly for step in landed]),
             np.array([step.flew and step.flight.outcome == "truncated" for step in landed]),
@@ -172,6 +195,16 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
             return
         super().reset(seed=seed)
         self._run_seed, self._begun = drawn_seed(self.np_random) if seed is None else seed, 0
+        # Gymnasium leaves these to themselves, and whoever draws from them would draw something else in each process.
+        self.action_space.seed(drawn_seed(self.np_random))
+        self.single_action_space.seed(drawn_seed(self.np_random))
+
+    def _generators(self) -> dict[str, np.random.Generator]:
+        return {
+            "environment": self.np_random,
+            "actions": self.action_space.np_random,
+            "single_actions": self.single_action_space.np_random,
+        }
 
     def _first_seeds(self, seed: int | Sequence[int] | None) -> list[int]:
         if isinstance(seed, Sequence):

@@ -1,22 +1,30 @@
-"""A learner's parameters as a file: whole or not there, and nothing in it that runs."""
+"""A learner's parameters as a file: whole or not there, nothing in it that runs, and the same bytes for the same."""
 
 from pathlib import Path
 from typing import Any
 
+import msgspec
 from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save_file
+from safetensors.numpy import save
 
 from protocol.artifact import require_artifact, whole_file
 from protocol.errors import ArtifactDamaged
 
 FILE_NAME = "weights.safetensors"
+_ABOUT = "about"
 
 
 def save_weights(path: Path, weights: dict[str, NDArray[Any]], about: dict[str, str]) -> None:
     """Write the parameters and, as text, what they are `about`; the file before stands until this one is whole."""
     with whole_file(path) as aside:
-        save_file(weights, aside, metadata=about)
+        aside.write_bytes(encoded_weights(weights, about))
+
+
+def encoded_weights(weights: dict[str, NDArray[Any]], about: dict[str, str]) -> bytes:
+    """The file's content."""
+    # In one entry, since safetensors writes entries in an order that is another in each process.
+    return save(weights, metadata={_ABOUT: msgspec.json.encode(about, order="sorted").decode()})
 
 
 def load_weights(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, str]]:
@@ -28,6 +36,8 @@ def load_weights(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, str]]:
     require_artifact(path, made_by="orchestrator train")
     try:
         with safe_open(path, framework="numpy") as file:
-            return {name: file.get_tensor(name) for name in file.keys()}, dict(file.metadata() or {})  # noqa: SIM118
-    except SafetensorError as error:
+            about = (file.metadata() or {}).get(_ABOUT, "{}")
+            weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+            return weights, msgspec.json.decode(about, type=dict[str, str])
+    except (SafetensorError, msgspec.MsgspecError) as error:
         raise ArtifactDamaged(f"{path} holds no weights ({error}); train again") from error

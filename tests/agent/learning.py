@@ -2,9 +2,11 @@
 
 import copy
 import hashlib
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import torch
 
 from agent.learner import Learner, Transition
 from agent.training import transition_of
@@ -24,6 +26,7 @@ class Flock:
     def __init__(self, config: EnvironmentConfig = FLIGHTS) -> None:
         self._env = VectorHover(AnalyticEyes(), config=config)
         self._observations, _ = self._env.reset(seed=1)
+        self.flown: list[Transition] = []
 
     def fly(self, learner: Learner, steps: int) -> None:
         for _ in range(steps):
@@ -31,7 +34,8 @@ class Flock:
             self._env.send(actions)
             learner.learn()
             result = self._env.receive()
-            learner.observe(transition_of(self._observations, actions, result))
+            self.flown.append(transition_of(self._observations, actions, result))
+            learner.observe(self.flown[-1])
             self._observations = result[0]
 
     def snapshot(self) -> "Flock":
@@ -39,11 +43,39 @@ class Flock:
         return copy.deepcopy(self)
 
 
+class Kept:
+    """A learner as it is now, in the parts that a checkpoint has."""
+
+    def __init__(self, learner: Learner, flown: Sequence[Transition]) -> None:
+        self._weights, self._state = learner.weights(), learner.state()
+        self._steps = flown[len(flown) - learner.memory_steps :]
+
+    def put_into(self, learner: Learner, at_once: int = 1000) -> None:
+        """Have another go on from there; `at_once` is how many steps it gets back at a time."""
+        learner.load_weights(self._weights)
+        learner.restore(self._state)
+        pieces = range(0, len(self._steps), at_once)
+        learner.recall(stacked(self._steps[first : first + at_once]) for first in pieces)
+
+
+def stacked(steps: Sequence[Transition]) -> Transition:
+    """Several steps with an axis for them."""
+    names = Transition.__struct_fields__
+    return Transition(**{name: np.stack([getattr(step, name) for step in steps]) for name in names})
+
+
 def digest(learner: Learner) -> str:
-    """Of everything that lasts in a learner."""
+    """Of everything that lasts in a learner but the steps in replay memory."""
     sums = hashlib.sha256()
+    _feed(sums, learner.weights())
     _feed(sums, learner.state())
     return sums.hexdigest()
+
+
+def parameters(learner: Learner, network: str) -> dict[str, torch.Tensor]:
+    """Of one of a learner's networks."""
+    own = {name.partition("."): array for name, array in learner.weights().items()}
+    return {name: torch.from_numpy(array) for (first, _, name), array in own.items() if first == network}
 
 
 def _feed(sums: Any, value: Any) -> None:

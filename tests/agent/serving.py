@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from agent.commands import Workers
+from agent.connections import Workers
 from protocol.messages import Observe, Role, Sampled, SampleScene
 from tests.agent.analytic_eyes import AnalyticEyes, observe
 from tests.serving import serving

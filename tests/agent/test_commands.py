@@ -3,7 +3,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from agent.commands import EvaluationStopped, EvaluationWatch, Workers, evaluate_run, train_run
+from agent.commands import EvaluationStopped, EvaluationWatch, evaluate_run, train_run
+from agent.connections import Workers
 from agent.journal import Journal
 from agent.logbook import Clocks
 from protocol.errors import ArtifactDamaged, ArtifactMissing, DeadlineExceeded, InvalidConfig, InvalidInput

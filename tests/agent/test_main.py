@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from agent.__main__ import main
-from agent.commands import Workers
+from agent.connections import Workers
 from tests.agent.serving import agent_command, analytic_workers, environment
 from tests.agent.test_commands import CONFIG
 

@@ -9,7 +9,7 @@ from agent.ppo import PpoLearner
 from agent.spaces import action_space, observation_space
 from protocol.config import PpoConfig
 from protocol.errors import InvalidConfig
-from tests.agent.learning import DRONES, FLIGHTS, PPO, Flock, digest, same_again
+from tests.agent.learning import DRONES, FLIGHTS, PPO, Flock, Kept, digest, parameters, same_again
 
 
 def learner(seed: int = 0, config: PpoConfig = PPO) -> PpoLearner:
@@ -18,7 +18,7 @@ def learner(seed: int = 0, config: PpoConfig = PPO) -> PpoLearner:
 
 def values(one: PpoLearner, hidden: tuple[int, ...], observations: np.ndarray) -> np.ndarray:
     network = Value(observation_space(), action_space(), hidden)
-    network.load_state_dict(one.state()["modules"]["value"])
+    network.load_state_dict(parameters(one, "value"))
     with torch.no_grad():
         return network.act({"observations": Features(FLIGHTS)(torch.from_numpy(observations))})[0].numpy()[:, 0]
 
@@ -36,12 +36,12 @@ def test_the_same_seed_learns_the_same() -> None:
 def test_a_learner_restored_goes_on_to_the_bit_even_within_a_rollout(steps: int) -> None:
     straight, flock = learner(), Flock()
     flock.fly(straight, steps)
-    state, there = straight.state(), digest(straight)
+    kept, there = Kept(straight, flock.flown), digest(straight)
     flock_state = flock.snapshot()
     flock.fly(straight, 16)
 
     restored = learner(seed=99)
-    restored.restore(state)
+    kept.put_into(restored)
     assert digest(restored) == there
     flock_state.fly(restored, 16)
     assert digest(restored) == digest(straight)
@@ -87,7 +87,7 @@ def test_returns_stop_at_the_end_of_a_flight() -> None:
         )
     last, (cut, _) = values(one, config.hidden, observations[4]), values(one, config.hidden, final)
     one.learn()
-    returns = one.state()["memory"]["tensors"]["returns"][:, :, 0].numpy()
+    returns = one.state()["rollout"]["returns"][:, :, 0].numpy()
     # With λ = 1 a return is the discounted sum of rewards up to the end of its flight and of the value that is there.
     tail = [[4 + 0.5 * (8 + 0.5 * value), 8 + 0.5 * value] for value in last]
     truncated = [1 + 0.5 * (2 + 0.5 * cut), 2 + 0.5 * cut]

@@ -11,7 +11,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import agent  # noqa: F401 (registers the environment)
-from agent.commands import Workers
+from agent.connections import Workers
 from agent.eyes import RemoteEyes
 from agent.weights import load_weights
 from protocol import Pool, Timeouts

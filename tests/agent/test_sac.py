@@ -1,3 +1,5 @@
+import copy
+
 import numpy as np
 import pytest
 import torch
@@ -10,7 +12,7 @@ from agent.sac import SacLearner
 from agent.spaces import action_space, observation_space
 from protocol.config import SacConfig
 from protocol.errors import ArtifactDamaged, InvalidConfig
-from tests.agent.learning import FLIGHTS, SAC, Flock, digest, same_again
+from tests.agent.learning import FLIGHTS, SAC, Flock, Kept, digest, parameters, same_again
 
 
 def learner(seed: int = 0, config: SacConfig = SAC) -> SacLearner:
@@ -26,15 +28,18 @@ def test_the_same_seed_learns_the_same() -> None:
     assert digests[0] == digests[1] != digests[2]
 
 
-def test_a_learner_restored_goes_on_to_the_bit() -> None:
+@pytest.mark.parametrize("at_once", [1, 5, 1000])
+@pytest.mark.parametrize("steps", [10, 16, 23])
+def test_a_learner_restored_goes_on_to_the_bit(steps: int, at_once: int) -> None:
+    """The memory holds 16 steps of two drones: it is not yet full, just full, and has begun anew."""
     straight, flock = learner(), Flock()
-    flock.fly(straight, 10)
-    state, there = straight.state(), digest(straight)
+    flock.fly(straight, steps)
+    kept, there = Kept(straight, flock.flown), digest(straight)
     flock_state = flock.snapshot()
-    flock.fly(straight, 14)  # The memory holds 16 steps of two drones, so it is filled and begins anew.
+    flock.fly(straight, 14)
 
     restored = learner(seed=99)
-    restored.restore(state)
+    kept.put_into(restored, at_once)
     assert digest(restored) == there
     flock_state.fly(restored, 14)
     assert digest(restored) == digest(straight)
@@ -44,11 +49,12 @@ def test_a_state_is_a_copy_not_a_view() -> None:
     one, flock = learner(), Flock()
     flock.fly(one, 10)
     state = one.state()
-    before = {name: tensor.clone() for name, tensor in state["modules"]["policy"].items()}
-    rewards = state["memory"]["tensors"]["rewards"].clone()
+    before = copy.deepcopy(state)
     flock.fly(one, 14)
-    assert all(torch.equal(before[name], tensor) for name, tensor in state["modules"]["policy"].items())
-    assert torch.equal(rewards.nan_to_num(), state["memory"]["tensors"]["rewards"].nan_to_num())
+    moments = [kept["optimizers"]["policy_optimizer"]["state"][0]["exp_avg"] for kept in (before, state, one.state())]
+    assert torch.equal(moments[0], moments[1])
+    assert not torch.equal(moments[0], moments[2])
+    assert state["log_entropy_coefficient"] == before["log_entropy_coefficient"]
 
 
 def test_updates_follow_transitions_once_there_is_a_batch() -> None:
@@ -81,7 +87,7 @@ def test_a_crash_is_worth_its_reward_and_a_truncation_what_would_have_come(termi
         one.observe(same_again([-1.0, -1.0], terminated=terminated, truncated=not terminated))
         one.learn()
     critic = Critic(observation_space(), action_space(), config.hidden)
-    critic.load_state_dict(one.state()["modules"]["critic_1"])
+    critic.load_state_dict(parameters(one, "critic_1"))
     features = Features(FLIGHTS)(torch.from_numpy(same_again([0.0]).observations))
     with torch.no_grad():
         expected, _ = critic.act({"observations": features, "taken_actions": torch.zeros(1, 3)})

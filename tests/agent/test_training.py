@@ -8,27 +8,14 @@ import pytest
 from msgspec.structs import replace
 
 from agent.episode_seeds import episode_seed
-from agent.journal import Journal
 from agent.learner import Learner, make_learner
-from agent.logbook import Clocks
-from agent.training import Training, transition_of
+from agent.training import transition_of
 from agent.vector_hover import VectorHover
 from agent.weights import load_weights
-from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, RunConfig, SacConfig, TrainingConfig
-from protocol.dispatcher import Statistics
+from protocol.config import EnvironmentConfig, TrainingConfig
 from protocol.records import Episode, Progress, Summary
 from tests.agent.analytic_eyes import TIMING, AnalyticEyes
-
-CONFIG = RunConfig(
-    seed=3,
-    environment=EnvironmentConfig(num_envs=2, episode_steps=5),
-    learner=LearnerConfig(
-        sac=SacConfig(hidden=(16,), memory=200, batch=8, updates_per_step=0.5),
-        ppo=PpoConfig(hidden=(16,), rollout=6, epochs=1, minibatches=2),
-    ),
-    training=TrainingConfig(steps=30, prefill=20, log_every=10, checkpoint_every=10),
-)
-CALLS = Statistics(late_replies=2, retries=1)
+from tests.agent.trainings import CONFIG, trained
 
 
 class Recorder:
@@ -36,6 +23,7 @@ class Recorder:
 
     off_policy = True
     updates = 0
+    memory_steps = 0
 
     def __init__(self, learner: Learner) -> None:
         self.learner = learner
@@ -52,29 +40,11 @@ class Recorder:
         self.done.append("learn")
         return {}
 
+    def state(self) -> dict:
+        return {}
+
     def weights(self) -> dict:
         return self.learner.weights()
-
-
-def training(
-    run: Path, journal: Journal, config: RunConfig = CONFIG, *, eyes=None, env=None, learner=None, stop=lambda: False
-) -> Training:
-    steady = itertools.count(0.0, 0.1)
-    return Training(
-        run,
-        config,
-        env=env or VectorHover(eyes or AnalyticEyes(), config=config.environment),
-        learner=learner or make_learner(config.learner, config.environment, seed=config.seed),
-        journal=journal,
-        clocks=Clocks(wall=lambda: 1e9, steady=steady.__next__),
-        stop=stop,
-    )
-
-
-def trained(run: Path, config: RunConfig = CONFIG, **changes) -> Summary:
-    run.mkdir(exist_ok=True)
-    with Journal(run) as journal:
-        return training(run, journal, config, **changes).run(lambda: CALLS)
 
 
 def lines(path: Path, kind):

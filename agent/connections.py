@@ -1,0 +1,90 @@
+"""The agent's connections: to the workers that are its eyes, and to the orchestrator, where there is one."""
+
+import os
+from collections.abc import Callable
+from contextlib import ExitStack
+from types import TracebackType
+from typing import Self
+
+from msgspec import Struct
+
+from agent.call_counts import total
+from agent.eyes import RemoteEyes
+from protocol.config import RunConfig
+from protocol.dispatcher import Statistics
+from protocol.enrolment import Enrolment
+from protocol.incarnation import new_incarnation
+from protocol.membership import Membership
+from protocol.messages import Role, State, WorkerRecord
+from protocol.pool import Pool
+from protocol.priority import let_others_go_first
+from protocol.timeouts import Timeouts
+
+
+class Workers(Struct, frozen=True):
+    """Where the workers of a run serve; with an orchestrator to ask, those that it names come on top."""
+
+    render: tuple[str, ...] = ()
+    perception: tuple[str, ...] = ()
+    enrolment: Enrolment | None = None
+
+
+class Connections:
+    """Open for as long as the process needs eyes; `on_orphaned` is called once if its orchestrator is gone for good."""
+
+    def __init__(self, config: RunConfig, workers: Workers, on_orphaned: Callable[[], None]) -> None:
+        timeouts = Timeouts.from_config(config.timeouts)
+        with ExitStack() as opened:
+            self._render = opened.enter_context(_pool(workers.render, Role.RENDER, timeouts))
+            self._perception = opened.enter_context(_pool(workers.perception, Role.PERCEPTION, timeouts))
+            self._enrolled = workers.enrolment is not None
+            if workers.enrolment is not None:
+                membership = opened.enter_context(_membership(workers.enrolment, on_orphaned, timeouts))
+                membership.follow(self._render, Role.RENDER)
+                membership.follow(self._perception, Role.PERCEPTION)
+            # Only now: the connections' threads keep theirs, so that an update does not hold up the next pictures.
+            let_others_go_first()
+            self._opened = opened.pop_all()
+        self.eyes = RemoteEyes(self._render, self._perception)
+
+    def wait_ready(self) -> None:
+        """Wait until there is somebody to see with: all of the workers, or with an orchestrator one of each role.
+
+        Raises:
+            DeadlineExceeded: there was nobody within `timeouts.startup`.
+            VersionMismatch, WrongRole: who is there is not one to talk to.
+        """
+        for pool in (self._render, self._perception):
+            if self._enrolled:
+                pool.wait_any_ready()
+            else:
+                pool.wait_ready()
+
+    def statistics(self) -> Statistics:
+        """What was counted so far."""
+        return total(self._render.statistics, self._perception.statistics)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._opened.close()
+
+
+def _pool(addresses: tuple[str, ...], serves: Role, timeouts: Timeouts) -> Pool:
+    return Pool(addresses, role=Role.AGENT, serves=serves, timeouts=timeouts)
+
+
+def _membership(enrolment: Enrolment, on_orphaned: Callable[[], None], timeouts: Timeouts) -> Membership:
+    # It serves nobody, so there is no address, and nothing to be ready for.
+    record = WorkerRecord(
+        role=Role.AGENT,
+        address="",
+        incarnation=new_incarnation(),
+        state=State.READY,
+        name=enrolment.name,
+        pid=os.getpid(),
+    )
+    return Membership(enrolment.orchestrator, describe=lambda: record, on_orphaned=on_orphaned, timeouts=timeouts)

@@ -1,0 +1,31 @@
+"""What can be wrong with what a training left behind.
+
+InvalidInput
+└── ResumeRefused         a run can't be gone on with as it is; nothing in it was changed
+    ├── OtherConfig         its checkpoints are of a training that was told something else
+    ├── NewerFormat         a later version of Vantage wrote them
+    ├── JournalDamaged      a file that the checkpoint names is missing, cut off, or was written to
+    └── NoWholeCheckpoint   there are checkpoints, and all of them are damaged
+"""
+
+from protocol.errors import InvalidInput
+
+
+class ResumeRefused(InvalidInput):
+    """A run can't be gone on with as it is; nothing in it was changed."""
+
+
+class OtherConfig(ResumeRefused):
+    """The checkpoints are of a training that was told something else."""
+
+
+class NewerFormat(ResumeRefused):
+    """A later version of Vantage wrote the checkpoints."""
+
+
+class JournalDamaged(ResumeRefused):
+    """A file that the checkpoint names is missing, cut off, or was written to."""
+
+
+class NoWholeCheckpoint(ResumeRefused):
+    """There are checkpoints, and all of them are damaged."""

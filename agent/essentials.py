@@ -1,0 +1,62 @@
+"""What of a configuration a training comes to depend on: that much must be the same to go on with it.
+
+Left out are clocks, restarts, numbers of workers, the evaluation, and how long the training is to be, so that a run may
+be made longer and moved to a larger machine.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import msgspec
+
+from agent.errors import OtherConfig
+from protocol.config import RunConfig
+
+_OF_NO_MATTER = (
+    "timeouts",
+    "supervision",
+    "evaluation",
+    "render.workers",
+    "perception.workers",
+    "perception.prefetch",
+    "training.steps",
+    "training.log_every",
+    "training.checkpoint_every",
+    "training.keep_checkpoints",
+)
+
+
+def essentials(config: RunConfig) -> dict[str, Any]:
+    """Those settings as plain values, nested as in the configuration."""
+    settings = msgspec.to_builtins(config)
+    for name in _OF_NO_MATTER:
+        section, _, setting = name.rpartition(".")
+        del (settings[section] if section else settings)[setting]
+    return settings
+
+
+def require_same(recorded: dict[str, Any], config: RunConfig, whose: str) -> None:
+    """Make sure that `recorded` essentials are this configuration's; settings that it does not know had their defaults.
+
+    Raises:
+        OtherConfig: they are not; the message names what differs.
+    """
+    try:
+        before = essentials(msgspec.convert(recorded, RunConfig))
+    except msgspec.ValidationError as error:
+        raise OtherConfig(f"{whose} is of another configuration: {error}") from error
+    differing = [
+        f"{name} was {old!r}, is {new!r}"
+        for (name, old), (_, new) in zip(_settings(before), _settings(essentials(config)), strict=True)
+        if old != new
+    ]
+    if differing:
+        raise OtherConfig(f"{whose} is of another configuration: {'; '.join(differing)}")
+
+
+def _settings(section: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in section.items():
+        if isinstance(value, dict):
+            yield from _settings(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value

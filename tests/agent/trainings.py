@@ -1,0 +1,51 @@
+"""Small trainings on eyes that compute what they see."""
+
+import itertools
+from collections.abc import Callable
+from pathlib import Path
+
+from agent.learner import Learner, make_learner
+from agent.logbook import Clocks
+from agent.resume import open_training
+from agent.vector_hover import VectorHover
+from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, RunConfig, SacConfig, TrainingConfig
+from protocol.dispatcher import Statistics
+from protocol.failpoint import Failpoint, no_failpoint
+from protocol.records import Summary
+from tests.agent.analytic_eyes import AnalyticEyes
+
+CONFIG = RunConfig(
+    seed=3,
+    environment=EnvironmentConfig(num_envs=2, episode_steps=5),
+    learner=LearnerConfig(
+        sac=SacConfig(hidden=(16,), memory=200, batch=8, updates_per_step=0.5),
+        ppo=PpoConfig(hidden=(16,), rollout=6, epochs=1, minibatches=2),
+    ),
+    training=TrainingConfig(steps=30, prefill=20, log_every=10, checkpoint_every=10),
+)
+CALLS = Statistics(late_replies=2, retries=1)
+
+
+def trained(
+    run: Path,
+    config: RunConfig = CONFIG,
+    *,
+    eyes: AnalyticEyes | None = None,
+    env: VectorHover | None = None,
+    learner: Learner | None = None,
+    stop: Callable[[], bool] = lambda: False,
+    failpoint: Failpoint = no_failpoint,
+) -> Summary:
+    """Begin or go on with the training of a run directory."""
+    run.mkdir(exist_ok=True)
+    steady = itertools.count(0.0, 0.1)
+    with open_training(
+        run,
+        config,
+        env=env or VectorHover(eyes or AnalyticEyes(), config=config.environment),
+        learner=learner or make_learner(config.learner, config.environment, seed=config.seed),
+        clocks=Clocks(wall=lambda: 1e9, steady=steady.__next__),
+        stop=stop,
+        failpoint=failpoint,
+    ) as training:
+        return training.run(lambda: CALLS)
