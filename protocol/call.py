@@ -17,6 +17,7 @@ class Call:
         reply: the type that answers it.
         timeout: seconds from `submitted` until it ends, one way or the other.
         target: address of the worker that it is for, or none for any.
+        at_once: whether a worker answers it in whatever state it is, rather than when it is ready.
         number: its own, in the order of submission.
         tries: how often it was sent.
         losses: how often it was lost with its worker.
@@ -31,6 +32,7 @@ class Call:
     timeout: float
     pending: Pending[Any]
     target: str | None = None
+    at_once: bool = False
     number: int = 0
     tries: int = 0
     losses: int = 0

@@ -19,12 +19,13 @@ from protocol.errors import DeadlineExceeded, InvalidInput
 from protocol.incarnation import new_incarnation
 from protocol.limits import Limits
 from protocol.message import ReplyT, Request
-from protocol.messages import Hello, Ping, Pong, Role, State, Welcome
+from protocol.messages import Drain, Hello, Ping, Pong, Role, State, Welcome
 from protocol.pending import Pending
 from protocol.sockets import Context
 from protocol.timeouts import Timeouts
 
 _READY_POLL = 0.1
+_ANSWERED_IN_ANY_STATE = (Hello, Ping, Drain)
 
 
 class Caller:
@@ -84,7 +85,7 @@ class Caller:
 
     def submit(self, request: Request[ReplyT], *, deadline: float | None = None) -> Pending[ReplyT]:
         """Ask, and go on; the future ends as `call` would."""
-        return self._submit(request, deadline, None)
+        return self._submit(request, deadline, None, at_once=isinstance(request, _ANSWERED_IN_ANY_STATE))
 
     def map(self, requests: Iterable[Request[ReplyT]], *, deadline: float | None = None) -> Iterator[ReplyT]:
         """Answers in the order of the requests, of which `limits.under_way` are under way to each worker."""
@@ -128,7 +129,9 @@ class Caller:
         if self._owns_context:
             self._context.term()
 
-    def _submit(self, request: Request[ReplyT], deadline: float | None, target: str | None) -> Pending[ReplyT]:
+    def _submit(
+        self, request: Request[ReplyT], deadline: float | None, target: str | None, *, at_once: bool
+    ) -> Pending[ReplyT]:
         timeout = self._timeouts.call if deadline is None else deadline
         if not math.isfinite(timeout):
             raise InvalidInput(f"a deadline is a number of seconds, not {timeout}")
@@ -140,13 +143,14 @@ class Caller:
             submitted=self._clock(),
             timeout=remaining(timeout),
             target=target,
+            at_once=at_once,
             pending=pending,
         )
         self._dispatcher.submit(call)
         return pending
 
     def _ping(self, address: str, deadline: float | None = None) -> Pong:
-        return self._submit(Ping(), deadline, address).result()
+        return self._submit(Ping(), deadline, address, at_once=True).result()
 
     def _wait_ready(self, address: str, ends: float) -> Welcome:
         try:
@@ -154,7 +158,7 @@ class Caller:
                 time.sleep(min(_READY_POLL, self._timeouts.heartbeat))
         except DeadlineExceeded as error:
             raise DeadlineExceeded(f"not ready within {self._timeouts.startup:.3g} s: {error}") from error
-        return self._submit(self._hello, None, address).result()
+        return self._submit(self._hello, None, address, at_once=True).result()
 
     def _startup_ends(self) -> float:
         return self._clock() + self._timeouts.startup

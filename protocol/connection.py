@@ -8,15 +8,18 @@ Belongs to the client's I/O thread; nothing here waits.
 """
 
 import itertools
+import logging
 import math
 from collections.abc import Callable, Iterator
 from enum import Enum, auto
 from typing import Any, NamedTuple
 
+from msgspec.structs import replace
+
 from protocol.call import Call
 from protocol.codec import Envelope, decode, decode_header, encode, open_envelope, seal
 from protocol.errors import MalformedMessage, ProtocolError, VantageError, VersionMismatch, WrongRole
-from protocol.failure import OVERLOADED, error_of
+from protocol.failure import DRAINING, OVERLOADED, error_of
 from protocol.header import ReplyHeader, RequestHeader
 from protocol.limits import Limits
 from protocol.line import Line, LineEvent
@@ -32,13 +35,21 @@ from protocol.messages import (
     State,
     Welcome,
 )
+from protocol.pulse import Pulse, Suspicion
 from protocol.sockets import Context, Socket, received, send
 from protocol.timeouts import Timeouts
+
+_log = logging.getLogger(__name__)
+
+_AT_WORK = (State.READY, State.BUSY)
 
 _SHORTEST_LIFE = 0.05
 """Seconds between two tries to open a connection that breaks at once, again and again."""
 
 _LONGEST_HEARTBEAT = 10.0
+
+_STARTING_POLL = 0.1
+"""Seconds between two pings to a worker that starts, so that calls don't wait for it any longer than it takes."""
 
 
 class Phase(Enum):
@@ -69,6 +80,7 @@ class Connection:
         heard: when anything last came from it.
         used: when a call was last sent on it.
         window: how many calls the worker may hold; endless until it says that it is overloaded.
+        suspicion: why the worker gets no calls although it is connected.
         late: replies that nobody waits for any more.
         malformed: what came and was no message.
     """
@@ -92,6 +104,7 @@ class Connection:
         self.heard: float | None = None
         self.used = 0.0
         self.window = math.inf
+        self.suspicion: Suspicion | None = None
         self.late = 0
         self.malformed = 0
         self._hello = hello
@@ -107,6 +120,7 @@ class Connection:
         self._lost: list[Call] = []
         self._greeting: Reply | ProtocolError | None = None
         self._incarnation = ""
+        self._pulse = Pulse(timeouts.heartbeat, timeouts)
         self._due = 0.0
 
     @property
@@ -121,7 +135,9 @@ class Connection:
         header = RequestHeader(number, self._hello.incarnation, max(0.0, call.deadline - self.used))
         send(self._line.socket, seal(call.payload, header))
         if not self.outstanding:
-            self._due = self.used + self._heartbeat
+            self._pulse.begun()
+            if not self._wants_pings:
+                self._due = self.used + self._heartbeat
         self.outstanding[number] = call
         call.tries += 1
 
@@ -135,7 +151,7 @@ class Connection:
             except ProtocolError:
                 self.malformed += 1
                 continue
-            self.heard = self._clock()
+            self._hear()
             if (answer := self._sort(envelope, header)) is not None:
                 yield answer
             if self.phase is Phase.OPEN and header.incarnation != self._incarnation:
@@ -150,14 +166,27 @@ class Connection:
         return None if self._greeting is None else self._objection(self._greeting)
 
     @property
-    def has_room(self) -> bool:
-        """Whether a call can be sent now."""
-        return self.phase is Phase.OPEN and len(self.outstanding) < self.window
+    def takes_calls(self) -> bool:
+        """Whether the worker is ready for one call more."""
+        return (
+            self.phase is Phase.OPEN
+            and self.suspicion is None
+            and self.health is not None
+            and self.health.state in _AT_WORK
+            and len(self.outstanding) < self.window
+        )
 
     def take_lost(self) -> list[Call]:
         """The calls that the worker held when it was lost, in the order in which they were sent."""
         lost, self._lost = self._lost, []
         return lost
+
+    def take_back(self) -> list[Call]:
+        """The calls that the worker holds and that another may answer; what it still says to them comes too late."""
+        taken = {number: call for number, call in self.outstanding.items() if not call.at_once}
+        for number in taken:
+            del self.outstanding[number]
+        return list(taken.values())
 
     def forget(self, call: Call) -> None:
         """Nobody waits for the call any more."""
@@ -173,18 +202,12 @@ class Connection:
         if self.phase is Phase.BROKEN:
             self._open()
         else:
-            self._ask(Ping())
-            self._due = self._clock() + self._heartbeat
+            self._ping()
 
     @property
     def due(self) -> float | None:
         """When `tend` has something to do next."""
         return self._due if self.phase is Phase.BROKEN or self._wants_pings else None
-
-    @property
-    def state(self) -> State:
-        """The worker's, as far as is known."""
-        return State.READY if self.health is None else self.health.state
 
     def retire(self) -> list[Call]:
         """Drop the connection for good; returns the calls that the worker held."""
@@ -198,14 +221,34 @@ class Connection:
     @property
     def _wants_pings(self) -> bool:
         return self.phase is Phase.OPEN and (
-            bool(self.outstanding) or self.health is None or self.health.state is State.STARTING
+            bool(self.outstanding) or self.suspicion is not None or self.health is None or self._is_starting
         )
+
+    @property
+    def _is_starting(self) -> bool:
+        return self.health is not None and self.health.state is State.STARTING
+
+    @property
+    def _ping_interval(self) -> float:
+        return min(_STARTING_POLL, self._heartbeat) if self._is_starting else self._heartbeat
 
     @property
     def _heartbeat(self) -> float:
         """The slower of both sides' wishes, within reason: what a worker wishes may be anything, even NaN."""
         wished = self._greeting.heartbeat if isinstance(self._greeting, Welcome) else 0.0
         return max(self._timeouts.heartbeat, min(wished, _LONGEST_HEARTBEAT))
+
+    def _hear(self) -> None:
+        self.heard = self._clock()
+        self._pulse.heard()
+        self._judge()
+
+    def _judge(self) -> None:
+        before, self.suspicion = self.suspicion, self._pulse.suspicion
+        if self.suspicion is not None and before is None:
+            _log.warning("%s gets no more calls: %s", self.name, self.suspicion)
+        if self.suspicion is None and before is not None:
+            _log.info("%s gets calls again", self.name)
 
     def _watch(self) -> None:
         for event in self._line.events():
@@ -215,6 +258,8 @@ class Connection:
             if event is LineEvent.MADE:
                 self.phase = Phase.GREETING
                 self._ask(self._hello)
+                # What it answers to this says whether it is ready; until then it gets no calls.
+                self._ask(Ping())
 
     def _break(self) -> None:
         """Drop the connection; the calls that the worker held are lost."""
@@ -224,6 +269,7 @@ class Connection:
         self._asked.clear()
         self._greeting = None
         self.health = None
+        self.suspicion = None
         self.window = math.inf
         self.phase = Phase.BROKEN
         self._due = max(self._clock(), self._opened + _SHORTEST_LIFE)
@@ -232,6 +278,14 @@ class Connection:
         self._line = Line(self._context, self.address, self._timeouts, self._limits)
         self._opened = self._clock()
         self.phase = Phase.CONNECTING
+
+    def _ping(self) -> None:
+        # A worker that loads libraries may be silent for long; the startup clock is for that.
+        if not self._is_starting:
+            self._pulse.asked()
+            self._judge()
+        self._ask(Ping())
+        self._due = self._clock() + self._ping_interval
 
     def _ask(self, request: Request[Any]) -> None:
         number = next(self._ids)
@@ -250,10 +304,15 @@ class Connection:
             return Answer(call, reply, header)
         self._asked.discard(header.request)
         if isinstance(reply, Pong):
-            self.health = reply
+            self._examine(reply)
         elif self.phase is Phase.GREETING:
             self._settle(reply, header.incarnation)
         return None
+
+    def _examine(self, pong: Pong) -> None:
+        self.health = pong
+        self._pulse.answered(pong, holds_calls=bool(self.outstanding))
+        self._judge()
 
     def _fit_window(self, reply: Reply | ProtocolError) -> None:
         """Send no more than the worker takes, and try one more each time all of it was answered."""
@@ -261,6 +320,8 @@ class Connection:
             self.window = max(1.0, len(self.outstanding))
         else:
             self.window += 1 / self.window
+        if isinstance(reply, Failure) and reply.code == DRAINING and self.health is not None:
+            self.health = replace(self.health, state=State.DRAINING)
 
     def _decode(self, envelope: Envelope) -> Reply | ProtocolError:
         try:
@@ -276,7 +337,8 @@ class Connection:
         self._greeting = reply
         self._incarnation = incarnation
         self.phase = Phase.OPEN if self.refusal is None else Phase.REFUSED
-        self._due = self._clock()
+        self._pulse = Pulse(self._heartbeat, self._timeouts)
+        self._due = self._clock() + self._ping_interval
 
     def _objection(self, reply: Reply | ProtocolError) -> VantageError | None:
         if isinstance(reply, ProtocolError):

@@ -53,6 +53,8 @@ def _health(connection: Connection, now: float) -> str:
         return f"it has not answered a ping since it was connected. {_STATUS}"
     if pong.state is State.STARTING:
         return "it is still starting; allow it more time (timeouts.startup)"
+    if connection.suspicion is not None:
+        return f"{connection.suspicion}, and was heard {now - connection.heard:.1f} s ago; does it hang? {_STATUS}"
     return (
         f"it was heard {now - connection.heard:.1f} s ago, {pong.state}, with {pong.queue_depth} requests in hand "
         f"and {pong.progress} answered; allow it more time (timeouts.call) or start more workers. {_STATUS}"

@@ -22,13 +22,11 @@ from protocol.diagnosis import expiry
 from protocol.errors import CallFailed, ClientClosed, MalformedMessage, ProtocolError, VantageError, WorkerLost
 from protocol.failure import error_of
 from protocol.mailbox import Mailbox
-from protocol.messages import Failure, State
+from protocol.messages import Failure
 from protocol.sockets import poll_timeout
 from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)
-
-_PREFERENCE = {State.READY: 0, State.BUSY: 0, State.STARTING: 1, State.DRAINING: 2}
 
 
 class Statistics(Struct, frozen=True, kw_only=True):
@@ -37,7 +35,7 @@ class Statistics(Struct, frozen=True, kw_only=True):
     Attributes:
         late_replies: replies to calls that were over, or had been sent again; they were dropped.
         retries: calls that were sent again, for whatever reason.
-        losses: calls that were lost with their worker.
+        losses: calls that were lost with their worker, or taken from one that hangs.
         malformed: what came and was no message.
     """
 
@@ -124,6 +122,7 @@ class Dispatcher:
             for call in connection.take_lost():
                 self._lose(call)
             connection.tend()
+        self._relieve_suspects()
         self._run_timers()
         self._send_waiting()
 
@@ -178,8 +177,7 @@ class Dispatcher:
         if call.number not in self._calls:
             return
         eligible = self._eligible(call)
-        # What is for one worker alone asks how it is, which it answers also when it is full.
-        usable = [one for one in eligible if one.has_room or (call.target is not None and one.phase is Phase.OPEN)]
+        usable = [one for one in eligible if one.takes_calls or (call.at_once and one.phase is Phase.OPEN)]
         if usable:
             min(usable, key=lambda one: _reluctance(one, call)).send(call)
             self._retries += call.tries > 1
@@ -190,14 +188,17 @@ class Dispatcher:
             call.fail(refusals[0], self._clock())
         elif call.target is not None and not eligible:
             self._give_up(call)
-        elif call.target is None:
-            self._waiting.append(call)
-        else:
+        elif call.at_once:
             self._waiting.appendleft(call)
+        else:
+            self._waiting.append(call)
 
     def _send_waiting(self) -> None:
         waiting, self._waiting = self._waiting, deque()
-        while waiting and any(one.has_room or one.phase is Phase.REFUSED for one in self._connections):
+        # First those that are answered at once, since they also go where no other call is taken.
+        while waiting and (
+            waiting[0].at_once or any(one.takes_calls or one.phase is Phase.REFUSED for one in self._connections)
+        ):
             self._dispatch(waiting.popleft())
         self._waiting.extend(waiting)
 
@@ -227,6 +228,14 @@ class Dispatcher:
             self._dispatch(call)
         else:
             self._at(self._clock() + self._timeouts.backoff(call.losses - 1), self._dispatch, call)
+
+    def _relieve_suspects(self) -> None:
+        """Give what a worker holds that hangs to others; while there are none, it may still answer."""
+        for suspect in self._connections:
+            if suspect.suspicion is not None and any(one.takes_calls for one in self._connections):
+                for call in suspect.take_back():
+                    call.trouble = f"{suspect.name} was given up: {suspect.suspicion}"
+                    self._lose(call)
 
     def _give_up(self, call: Call) -> None:
         """End a call to a worker that is none of ours any more."""
@@ -272,10 +281,9 @@ class Dispatcher:
                 call.fail(ClientClosed(f"{self._over} before {call.request} was answered"), self._clock())
 
 
-def _reluctance(connection: Connection, call: Call) -> tuple[int, bool, int, float]:
+def _reluctance(connection: Connection, call: Call) -> tuple[bool, int, float]:
     """Smallest for the connection that the call should go to."""
     return (
-        _PREFERENCE[connection.state],
         call.shunned == connection.address,
         len(connection.outstanding),
         connection.used,

@@ -9,6 +9,7 @@ _LONGEST_MESSAGE = 2000
 
 VERSION_MISMATCH = "version-mismatch"
 OVERLOADED = "overloaded"
+DRAINING = "draining"
 
 
 def code_of(kind: type[Exception]) -> str:
@@ -45,7 +46,7 @@ def internal(message: str) -> Failure:
 
 def draining() -> Failure:
     """A worker that is about to end takes no more."""
-    return Failure(code="draining", message="the worker is about to end; send the request elsewhere", retryable=True)
+    return Failure(code=DRAINING, message="the worker is about to end; send the request elsewhere", retryable=True)
 
 
 def overloaded(queue: int) -> Failure:

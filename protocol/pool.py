@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from protocol.address import check_address
 from protocol.caller import Caller
 from protocol.limits import DEFAULT_LIMITS, Limits
-from protocol.messages import Pong, Role, Welcome
+from protocol.messages import Ping, Pong, Role, Welcome
 from protocol.sockets import Context
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 
@@ -59,6 +59,10 @@ class Pool(Caller):
         """Wait until all workers have started, `timeouts.startup` in all; errors as `Client.wait_ready`."""
         ends = self._startup_ends()
         return tuple(self._wait_ready(address, ends) for address in self.addresses)
+
+    def wait_any_ready(self) -> None:
+        """Wait until one worker at least has started, also one that is not known yet; errors as `wait_ready`."""
+        self._submit(Ping(), self._timeouts.startup, None, at_once=False).result()
 
     def ping(self) -> tuple[Pong, ...]:
         """How the workers are, in the order of their addresses."""

@@ -1,12 +1,8 @@
-"""Says welcome and is gone."""
+"""Says welcome, is ready, and is gone with the first request."""
 
 import os
 import signal
 
-from bare_worker import open_worker, welcome
+from bare_worker import open_worker
 
-worker = open_worker()
-sender, number, _ = worker.receive()
-worker.reply(sender, number, welcome())
-worker.receive()
-os.kill(os.getpid(), signal.SIGKILL)
+open_worker().serve(lambda worker, sender, number, message: os.kill(os.getpid(), signal.SIGKILL))

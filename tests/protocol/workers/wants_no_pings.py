@@ -3,9 +3,12 @@
 import math
 
 import msgspec
-from bare_worker import open_worker, welcome
+from bare_worker import open_worker, pong, welcome
+
+from protocol.messages import Ping
 
 worker = open_worker()
 while True:
-    sender, number, _ = worker.receive()
-    worker.reply(sender, number, msgspec.structs.replace(welcome(), heartbeat=math.inf))
+    sender, number, message = worker.receive()
+    never = msgspec.structs.replace(welcome(), heartbeat=math.inf)
+    worker.reply(sender, number, pong() if isinstance(message, Ping) else never)
