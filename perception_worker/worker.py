@@ -2,6 +2,7 @@
 
 import argparse
 import logging
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,14 +14,20 @@ from perception_worker.models import OPENPOSE_MOBILENET_THIN
 from perception_worker.perceive import Perceiver
 from protocol import Handlers, Pool, Timeouts, logs, serve
 from protocol.config import PerceptionConfig, RunConfig, load_config
+from protocol.enrolment import Enrolment
 from protocol.errors import VantageError
+from protocol.exit_code import ExitCode, exit_code_of
+from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.messages import Observe, Perceive, Render, Role
 from protocol.observation import Observation
 
 _logger = logging.getLogger(__name__)
 
 _RENDER_SHARE = 0.75
-"""Share of a call's time that rendering may take: then a lost render worker is named in our answer, in time."""
+"""Share of a call's time that rendering may take: then a lost render worker is named in our answer, in time.
+
+It is a share of the progress clock's time as well, so that nobody takes us for stuck while a renderer is.
+"""
 
 
 class PerceptionHandlers:
@@ -54,8 +61,15 @@ class PerceptionHandlers:
         return {Perceive: self.perceive, Observe: self.observe}
 
 
-def run(config: RunConfig, *, bind: str, render: Sequence[str]) -> None:
-    """Serve at `bind`, with frames from the render workers at the addresses in `render`, until told to end.
+def run(
+    config: RunConfig,
+    *,
+    bind: str,
+    render: Sequence[str],
+    membership: Enrolment | None = None,
+    failpoint: Failpoint = no_failpoint,
+) -> None:
+    """Serve at `bind` until told to end, with frames from the render workers that `render` and the orchestrator name.
 
     Raises:
         VantageError: the network can't be loaded, no render worker gets ready, or the address can't be bound.
@@ -68,8 +82,8 @@ def run(config: RunConfig, *, bind: str, render: Sequence[str]) -> None:
             # The frames in hand are the parallel work; OpenCV's own threads would only contend for the same cores.
             cv2.setNumThreads(1)
             perceiver = Perceiver(open_network(perception), perception)
-            renderers.wait_ready()
-            return PerceptionHandlers(perceiver, renderers, render_deadline=_RENDER_SHARE * timeouts.call).table()
+            renderers.wait_any_ready()
+            return PerceptionHandlers(perceiver, renderers, render_deadline=_render_deadline(timeouts)).table()
 
         serve(
             start,
@@ -78,7 +92,13 @@ def run(config: RunConfig, *, bind: str, render: Sequence[str]) -> None:
             capabilities=_capabilities(perception),
             concurrency=perception.prefetch,
             timeouts=timeouts,
+            membership=membership and membership._replace(follows={Role.RENDER: renderers}),
+            failpoint=failpoint,
         )
+
+
+def _render_deadline(timeouts: Timeouts) -> float:
+    return _RENDER_SHARE * min(timeouts.call, timeouts.progress)
 
 
 def _capabilities(config: PerceptionConfig) -> dict[str, str]:
@@ -93,17 +113,26 @@ def _capabilities(config: PerceptionConfig) -> dict[str, str]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """`python -m perception_worker`; returns the exit code."""
-    chosen = _parser().parse_args(arguments)
+    parser = _parser()
+    chosen = parser.parse_args(arguments)
+    if not chosen.render and not chosen.orchestrator:
+        parser.error("who draws the frames? Give --render, or --orchestrator to be told")
     logs.configure(Role.PERCEPTION)
     try:
         config = RunConfig() if chosen.config is None else load_config(chosen.config)
         if chosen.network is not None:
             config = replace(config, perception=replace(config.perception, network=str(chosen.network)))
-        run(config, bind=chosen.bind, render=chosen.render)
-    except VantageError as error:
+        run(
+            config,
+            bind=chosen.bind,
+            render=chosen.render,
+            membership=Enrolment(chosen.orchestrator, chosen.name) if chosen.orchestrator else None,
+            failpoint=failpoint_of(os.environ),
+        )
+    except (VantageError, OSError) as error:
         _logger.error("%s", error)
-        return 2
-    return 0
+        return exit_code_of(error)
+    return ExitCode.DONE
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -112,7 +141,17 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--bind", required=True, metavar="ADDRESS", help="where to serve, such as tcp://127.0.0.1:5556")
     parser.add_argument(
-        "--render", required=True, action="append", metavar="ADDRESS", help="a render worker; may be given repeatedly"
+        "--render",
+        action="append",
+        default=[],
+        metavar="ADDRESS",
+        help="a render worker; may be given repeatedly, and need not be where there is an orchestrator",
+    )
+    parser.add_argument(
+        "--orchestrator", metavar="ADDRESS", help="whom to register with, and to learn of renderers from"
+    )
+    parser.add_argument(
+        "--name", default="perception", help="what the orchestrator calls this worker (default: perception)"
     )
     parser.add_argument("--config", type=Path, metavar="FILE", help="the run's configuration; the defaults without it")
     parser.add_argument("--network", type=Path, metavar="FILE", help="an ONNX file, in place of the configuration's")

@@ -78,6 +78,7 @@ class Listener:
         limits: Limits,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
+        self.role = role
         self.incarnation = new_incarnation()
         self.clock = clock
         self.jobs: SimpleQueue[Job | None] = SimpleQueue()
@@ -101,6 +102,11 @@ class Listener:
         self._over = False
         self._failure: Exception | None = None
         self._thread = threading.Thread(target=self._run, name=f"{role}-listener", daemon=True)
+
+    @property
+    def state(self) -> State:
+        """Where the worker stands; may be asked from any thread."""
+        return State.BUSY if self._state is State.READY and self._in_hand else self._state
 
     def start(self) -> None:
         """Answer from now on."""
@@ -213,10 +219,9 @@ class Listener:
         return self._welcome
 
     def _pong(self) -> Pong:
-        state = State.BUSY if self._state is State.READY and self._in_hand else self._state
         return Pong(
             incarnation=self.incarnation,
-            state=state,
+            state=self.state,
             progress=self._answered,
             queue_depth=self._in_hand,
             resident_bytes=self._process.memory_info().rss,

@@ -82,10 +82,6 @@ class Membership:
         with self._lock:
             self._followings.append(_Following(pool, role, frozenset(pool.addresses)))
 
-    def report(self) -> None:
-        """Say now how this process is, rather than with the next beat."""
-        self._woken.set()
-
     def close(self) -> None:
         """Say no more. What the orchestrator knows of us, it keeps until it misses us."""
         self._over.set()
@@ -107,7 +103,7 @@ class Membership:
             if role in self._wanted:
                 return
             self._wanted.add(role)
-        self.report()
+        self._woken.set()
 
     def _run(self) -> None:
         while not self._over.is_set():

@@ -9,13 +9,15 @@ import logging
 import signal
 import threading
 from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from types import FrameType
 from typing import Any, TypeAlias
 
 from protocol.catalogue import reply_type
 from protocol.deadline import deadline
+from protocol.enrolment import Enrolment, enrolled
 from protocol.errors import InvalidInput, VantageError
+from protocol.failpoint import Failpoint, no_failpoint
 from protocol.failure import failure_of, internal
 from protocol.limits import DEFAULT_LIMITS, Limits
 from protocol.listener import Job, Listener
@@ -45,15 +47,21 @@ def serve(
     timeouts: Timeouts = DEFAULT_TIMEOUTS,
     limits: Limits = DEFAULT_LIMITS,
     context: Context | None = None,
+    membership: Enrolment | None = None,
+    failpoint: Failpoint = no_failpoint,
 ) -> None:
-    """Serve until SIGTERM, SIGINT or `Drain`, then finish what is in hand and return.
+    """Serve until SIGTERM, SIGINT, `Drain` or the orchestrator's end, then finish what is in hand and return.
 
     The address answers at once, in state STARTING, while `start` loads what the handlers need; requests that come then
     wait. Handlers run in the calling thread, whose priority is lowered for good, and in `concurrency - 1` more. A
     reply's arrays are not copied: a handler gives them away, and must not write to them again.
 
+    Args:
+        membership: the orchestrator that the worker registers with; without one it works alone.
+        failpoint: reached at `reply-render`, or whatever the role is, before a reply is handed over.
+
     Raises:
-        AddressUnavailable: `bind` is in use or can't be served.
+        AddressUnavailable: `bind` is in use or can't be served, or the orchestrator's address is none.
         Exception: whatever `start` raises, after all that waits was refused.
     """
     if concurrency < 1:
@@ -68,42 +76,50 @@ def serve(
             limits=limits,
         )
         _log.info("%s listens at %s", role, bind, extra={"incarnation": listener.incarnation})
+        enrolling = nullcontext() if membership is None else enrolled(membership, listener, bind, timeouts)
         with _drain_by_signal(listener):
-            _run(listener, start, concurrency)
+            _run(listener, start, enrolling, concurrency, lambda: failpoint(f"reply-{role}"))
         _log.info("%s at %s has ended", role, bind)
 
 
-def _run(listener: Listener, start: Callable[[], Handlers], concurrency: int) -> None:
+def _run(
+    listener: Listener,
+    start: Callable[[], Handlers],
+    enrolling: AbstractContextManager[None],
+    concurrency: int,
+    before_reply: Callable[[], None],
+) -> None:
     listener.start()
     try:
-        # Before anything that computes is loaded: threads of libraries take their priority from who starts them.
-        let_others_go_first()
-        with _interruption_by_signal():
-            handlers = start()
-        listener.ready()
-        _handle_all(listener, handlers, concurrency)
+        with enrolling:
+            # Before anything that computes is loaded: threads of libraries take their priority from who starts them.
+            let_others_go_first()
+            with _interruption_by_signal():
+                handlers = start()
+            listener.ready()
+            _handle_all(lambda: _handle_jobs(listener, handlers, before_reply), concurrency)
     except _StartInterrupted:
         _log.info("ended by a signal while starting")
     finally:
         listener.stop()
 
 
-def _handle_all(listener: Listener, handlers: Handlers, concurrency: int) -> None:
+def _handle_all(handle_jobs: Callable[[], None], concurrency: int) -> None:
     others = [
-        threading.Thread(target=_handle_jobs, args=(listener, handlers), name=f"handler-{number}", daemon=True)
-        for number in range(1, concurrency)
+        threading.Thread(target=handle_jobs, name=f"handler-{number}", daemon=True) for number in range(1, concurrency)
     ]
     for thread in others:
         thread.start()
-    _handle_jobs(listener, handlers)
+    handle_jobs()
     for thread in others:
         thread.join()
 
 
-def _handle_jobs(listener: Listener, handlers: Handlers) -> None:
+def _handle_jobs(listener: Listener, handlers: Handlers, before_reply: Callable[[], None]) -> None:
     while (job := listener.jobs.get()) is not None:
         begun = listener.clock()
         reply = _reply_to(job, handlers, begun)
+        before_reply()
         queue, compute = begun - job.arrived, listener.clock() - begun
         try:
             listener.answer(job, reply, queue=queue, compute=compute)

@@ -1,4 +1,4 @@
-"""`python -m render_worker --bind ADDRESS [--config FILE]`."""
+"""`python -m render_worker --bind ADDRESS [--config FILE] [--orchestrator ADDRESS --name NAME]`."""
 
 import sys
 

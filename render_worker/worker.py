@@ -2,16 +2,21 @@
 
 import argparse
 import logging
+import os
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import RunConfig, load_config
+from protocol.enrolment import Enrolment
 from protocol.errors import VantageError
+from protocol.exit_code import ExitCode, exit_code_of
+from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.logs import configure
 from protocol.messages import Render, Role, Sampled, SampleScene
 from protocol.server import Handlers, serve
+from protocol.timeouts import Timeouts
 from render_worker.renderer import Renderer, open_renderer
 from render_worker.scenes import sample_scene
 
@@ -19,27 +24,40 @@ logger = logging.getLogger(__name__)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Serve until told to stop; 2 when the worker can't start."""
+    """Serve until told to stop; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m render_worker", description="Draws scenes for whoever asks.")
     parser.add_argument(
         "--bind", required=True, help="address to serve at, such as ipc:///tmp/render or tcp://127.0.0.1:5601"
     )
     parser.add_argument("--config", type=Path, help="the run's configuration (default: every setting's default)")
+    parser.add_argument("--orchestrator", metavar="ADDRESS", help="whom to register with; without it, nobody")
+    parser.add_argument("--name", default="render", help="what the orchestrator calls this worker (default: render)")
     options = parser.parse_args(arguments)
     configure(Role.RENDER)
     try:
-        run(load_config(options.config) if options.config else RunConfig(), options.bind)
-    except VantageError as error:
+        run(
+            load_config(options.config) if options.config else RunConfig(),
+            options.bind,
+            membership=Enrolment(options.orchestrator, options.name) if options.orchestrator else None,
+            failpoint=failpoint_of(os.environ),
+        )
+    except (VantageError, OSError) as error:
         logger.error("%s", error)
-        return 2
-    return 0
+        return exit_code_of(error)
+    return ExitCode.DONE
 
 
-def run(config: RunConfig, bind: str) -> None:
+def run(
+    config: RunConfig,
+    bind: str,
+    *,
+    membership: Enrolment | None = None,
+    failpoint: Failpoint = no_failpoint,
+) -> None:
     """Open a renderer and serve it at `bind`.
 
     Raises:
-        AddressUnavailable: the address can't be bound.
+        AddressUnavailable: the address can't be bound, or the orchestrator's is none.
         Unavailable, ArtifactMissing, ArtifactDamaged: the renderer can't be opened.
     """
     with ExitStack() as held:
@@ -49,7 +67,15 @@ def run(config: RunConfig, bind: str) -> None:
             _warm_up(renderer)
             return {Render: renderer.render, SampleScene: answer_sample}
 
-        serve(start, role=Role.RENDER, bind=bind, capabilities={"renderer": "opengl"})
+        serve(
+            start,
+            role=Role.RENDER,
+            bind=bind,
+            capabilities={"renderer": "opengl"},
+            timeouts=Timeouts.from_config(config.timeouts),
+            membership=membership,
+            failpoint=failpoint,
+        )
 
 
 def answer_sample(request: SampleScene) -> Sampled:

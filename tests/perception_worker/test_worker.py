@@ -11,6 +11,7 @@ from perception_worker.worker import PerceptionHandlers
 from protocol import Client, Pool, Timeouts
 from protocol.config import PerceptionConfig
 from protocol.errors import DeadlineExceeded, InvalidInput, Rejected
+from protocol.exit_code import ExitCode
 from protocol.frame import Frame
 from protocol.messages import Observe, Perceive, Render, Role, State
 from protocol.observation import FilterState
@@ -197,7 +198,7 @@ class TestProcess:
         config.write_text("[timeouts]\nstartup = 0.5\n")
         with running("perception_worker", *self.arguments(addresses), "--config", config) as process:
             assert addresses[0] in last_error(process)
-        assert process.returncode == 2
+        assert process.returncode == ExitCode.FAILED
 
     def test_names_a_render_worker_that_was_lost_before_its_caller_gives_up(self, addresses, tmp_path):
         config = tmp_path / "config.toml"

@@ -62,14 +62,6 @@ def test_a_process_registers_at_once_and_then_with_every_beat(address, registry,
         wait_until(lambda: registry.beats > beats + 2)
 
 
-def test_a_report_does_not_wait_for_the_beat(address, registry, member):
-    with member.join(address, Timeouts(heartbeat=600.0)) as membership:
-        wait_until(lambda: "agent" in registry.table)
-        member.state = State.READY
-        membership.report()
-        wait_until(lambda: registry.table["agent"].state is State.READY)
-
-
 def test_a_lookup_is_empty_first_and_then_what_the_orchestrator_says(address, registry, member):
     registry.table["render-0"] = record("render-0", "ipc:///render-0", Role.RENDER)
     with member.join(address, Timeouts(heartbeat=600.0)) as membership:

@@ -1,0 +1,74 @@
+"""How a worker is a member: registered while it serves, on its way out once it is an orphan.
+
+An orphan drains as after SIGTERM. One that can't, since a handler of it hangs, is ended all the same.
+"""
+
+import logging
+import os
+import signal
+import threading
+from collections.abc import Callable, Generator, Mapping
+from contextlib import ExitStack, contextmanager
+from typing import NamedTuple
+
+from protocol.exit_code import ExitCode
+from protocol.listener import Listener
+from protocol.membership import Membership
+from protocol.messages import Role, WorkerRecord
+from protocol.pool import Pool
+from protocol.timeouts import Timeouts
+
+_log = logging.getLogger(__name__)
+
+
+class Enrolment(NamedTuple):
+    """With which orchestrator a worker registers, under which name, and which pools follow what it learns there."""
+
+    orchestrator: str
+    name: str
+    follows: Mapping[Role, Pool] = {}
+
+
+@contextmanager
+def enrolled(enrolment: Enrolment, listener: Listener, bind: str, timeouts: Timeouts) -> Generator[None]:
+    """Register a worker that is served from the calling thread, and have it end once it is an orphan."""
+
+    def describe() -> WorkerRecord:
+        return WorkerRecord(
+            role=listener.role,
+            address=bind,
+            incarnation=listener.incarnation,
+            state=listener.state,
+            name=enrolment.name,
+            pid=os.getpid(),
+        )
+
+    with ExitStack() as held:
+        end = _end_of(listener, held, timeouts)
+        membership = Membership(enrolment.orchestrator, describe=describe, on_orphaned=end, timeouts=timeouts)
+        held.enter_context(membership)
+        for role, pool in enrolment.follows.items():
+            membership.follow(pool, role)
+        yield
+
+
+def _end_of(listener: Listener, held: ExitStack, timeouts: Timeouts) -> Callable[[], None]:
+    """What ends the worker that the calling thread serves."""
+    if threading.current_thread() is not threading.main_thread():
+        return listener.drain
+    # Nobody waits for what is in hand any longer than a call may take.
+    last_resort = threading.Timer(timeouts.call, _give_up)
+    last_resort.daemon = True
+    held.callback(last_resort.cancel)
+
+    def end() -> None:
+        last_resort.start()
+        # Unlike a call to `drain`, a signal also reaches a worker that still starts.
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    return end
+
+
+def _give_up() -> None:
+    _log.error("an orphan with a handler that hangs; ending without it")
+    os._exit(ExitCode.FAILED)
