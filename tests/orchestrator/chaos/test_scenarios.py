@@ -19,6 +19,7 @@ from orchestrator.chaos.orders import carried_out
 from orchestrator.chaos.quick_restart import RestartWithinAPing
 from orchestrator.chaos.stops import StopProcess
 from orchestrator.heartbeat import is_alive
+from protocol.config import TimeoutsConfig
 from protocol.errors import InvalidInput
 from protocol.messages import Role
 
@@ -79,6 +80,7 @@ def test_a_worker_that_is_replaced_within_a_ping_is_quick_enough(rehearsed, star
     start("agent", Role.AGENT)
     first = start_worker()
     scenario = RestartWithinAPing(Role.RENDER, 0.0)
+    rehearsed.timeouts = TimeoutsConfig(heartbeat=300.0)
     scenario.setup(rehearsed)
     look, restarted = rehearsed.look, []
 
@@ -90,9 +92,8 @@ def test_a_worker_that_is_replaced_within_a_ping_is_quick_enough(rehearsed, star
     rehearsed.look = look_and_restart
     scenario.fault(rehearsed)
     assert restarted
-    rehearsed.timeouts = type(rehearsed.timeouts)(heartbeat=300.0)
     scenario.invariant(rehearsed)
-    rehearsed.timeouts = type(rehearsed.timeouts)(heartbeat=1e-6)
+    rehearsed.timeouts = TimeoutsConfig(heartbeat=1e-6)
     with pytest.raises(InvariantBroken, match="within a ping interval"):
         scenario.invariant(rehearsed)
 
