@@ -1,7 +1,7 @@
 """The `orchestrator` command: reads arguments, hands them on, and prints what comes back."""
 
 import sys
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
@@ -19,7 +19,7 @@ from orchestrator.errors import Interrupted, RunError
 from orchestrator.launch import PROCESS_ENVIRONMENT, Evaluate
 from orchestrator.live_display import Display, open_display
 from orchestrator.report import report_view, training_report
-from orchestrator.run_directory import RunDirectory, default_run_path, newest_run
+from orchestrator.run_directory import Plan, RunDirectory, default_run_path, newest_run
 from orchestrator.setup_command import run_setup
 from orchestrator.status import run_status, status_view
 from orchestrator.stop_request import StopRequest, stop_on_signals
@@ -110,21 +110,39 @@ def train(
 
     Starts render workers, perception workers and the agent as processes here, and shows on stderr how they do.
 
-    Ctrl-C stops in order and keeps what was learned; a second one stops at once.
+    Ctrl-C stops in order and keeps what was learned; a second one stops at once. Either way, and also where any of the
+    processes was killed, 'orchestrator resume' goes on.
     """
     settings = load_config(config)
-    interruption: Interrupted | None = None
     with _at_work() as (display, stop):
         directory = RunDirectory.create(
-            run or default_run_path(config, datetime.now()), settings, collect_versions(PROCESS_ENVIRONMENT)
+            run or default_run_path(config, datetime.now()),
+            settings,
+            collect_versions(PROCESS_ENVIRONMENT),
+            Plan(evaluate=evaluate),
         )
-        try:
-            training.train(directory, evaluate=evaluate, display=display, stop=stop)
-        except Interrupted as error:
-            interruption = error
-    _print_training(directory, json, interrupted=interruption is not None)
-    if interruption is not None:
-        raise interruption
+        interruption = _interruption_of(lambda: training.train(directory, display=display, stop=stop))
+    _print_training(directory, json, interruption)
+
+
+@app.command(
+    epilog=_examples("orchestrator resume runs/monday", "orchestrator resume runs/monday --json > report.json")
+)
+def resume(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
+    json: JsonOption = False,
+) -> None:
+    """Bring a run to its end from wherever it stands, whatever was killed or stopped, as if nothing had happened.
+
+    Takes up the processes that an orchestrator which was killed has left, starts those that are missing, and goes on:
+    training from its last checkpoint, then the evaluation if the run was to have one.
+
+    Of a run that has come to its end the report is printed again.
+    """
+    directory = RunDirectory.open(run)
+    with _at_work() as (display, stop):
+        interruption = _interruption_of(lambda: training.resume(directory, display=display, stop=stop))
+    _print_training(directory, json, interruption)
 
 
 @app.command(
@@ -279,14 +297,24 @@ def _run_setup(module: str, *arguments: str) -> None:
     raise typer.Exit(code)
 
 
-def _print_training(run: RunDirectory, json: bool, *, interrupted: bool) -> None:
-    report = training_report(run, interrupted=interrupted)
-    if report is None:
-        return
-    if json:
+def _interruption_of(work: Callable[[], None]) -> Interrupted | None:
+    """Do something, and tell whether somebody stopped it."""
+    try:
+        work()
+    except Interrupted as error:
+        return error
+    return None
+
+
+def _print_training(run: RunDirectory, json: bool, interruption: Interrupted | None) -> None:
+    """Print what a training came to, even one that was stopped, and then raise what stopped it."""
+    report = training_report(run, interrupted=interruption is not None)
+    if report is not None and json:
         _print_json(report)
-    else:
+    elif report is not None:
         Console().print(report_view(report))
+    if interruption is not None:
+        raise interruption
 
 
 def _print_json(value: Struct | tuple[Struct, ...]) -> None:

@@ -6,6 +6,7 @@ VantageError
 │   ├── NoSuchRun           it is not there, or is no run
 │   └── RunBusy             another orchestrator works on it
 ├── ProcessFailed         a process of the run ended by itself and should not have
+│   └── RestartsExhausted   it did so more often than it may be started again
 └── Interrupted           somebody asked us to stop (Ctrl-C, SIGTERM)
 """
 
@@ -30,6 +31,10 @@ class RunBusy(RunError):
 
 class ProcessFailed(VantageError):
     """A process of the run ended by itself and should not have."""
+
+
+class RestartsExhausted(ProcessFailed):
+    """A process of the run failed more often than it may be started again."""
 
 
 class Interrupted(VantageError):

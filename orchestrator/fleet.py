@@ -1,9 +1,12 @@
 """The processes of a run: started together, watched together, and none left behind."""
 
+import logging
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
+
+import psutil
 
 from orchestrator.errors import ProcessFailed
 from orchestrator.launch import PROCESS_ENVIRONMENT, Launch
@@ -16,6 +19,9 @@ AGENT_PATIENCE = 45.0
 """Seconds for the agent to finish its step and write what it learned."""
 WORKER_PATIENCE = 10.0
 KILL_PATIENCE = 5.0
+POLL = 0.1
+
+_log = logging.getLogger(__name__)
 
 
 class Fleet:
@@ -24,7 +30,7 @@ class Fleet:
     Args:
         logs: directory of the processes' logs.
         stop: a second request to stop ends all patience.
-        on_change: told of all processes whenever one was started.
+        on_change: told of all processes whenever one was started or adopted.
     """
 
     def __init__(
@@ -68,10 +74,11 @@ class Fleet:
         if earlier is not None and earlier.is_running:
             raise ProcessFailed(f"{launch.name} runs already, as process {earlier.pid}")
         self._logs.mkdir(parents=True, exist_ok=True)
-        process = WorkerProcess(launch, self._logs / f"{launch.name}.jsonl", self._environment)
-        self._processes[launch.name] = process
-        self._on_change(self.records())
-        return process
+        return self._enter(WorkerProcess.start(launch, self._log(launch), self._environment))
+
+    def adopt(self, launch: Launch, found: psutil.Process, log_start: int) -> WorkerProcess:
+        """Take up a process that an earlier orchestrator started from the same launch."""
+        return self._enter(WorkerProcess.adopt(launch, found, self._log(launch), log_start))
 
     def records(self) -> tuple[ProcessRecord, ...]:
         """What `workers.json` says of each process."""
@@ -83,35 +90,46 @@ class Fleet:
                 pid=process.pid,
                 started=process.started,
                 log=f"{self._logs.name}/{process.log.name}",
+                log_start=process.log_start,
             )
             for process in self.processes
         )
 
-    def require_workers(self) -> None:
-        """Raise `ProcessFailed`, with the worker's last words, if a worker has ended."""
-        for worker in self.workers:
-            if not worker.is_running:
-                raise ProcessFailed(worker.obituary())
-
     def stop(self) -> None:
         """End every process: the agents first, since they still need the workers to finish their step."""
         self.stop_agents()
-        self._end(self.processes, WORKER_PATIENCE)
+        end_processes(self.processes, WORKER_PATIENCE, self._stop)
 
     def stop_agents(self) -> None:
-        """Have the agents write what they learned and end."""
-        self._end((process for process in self.processes if process.launch.role is Role.AGENT), AGENT_PATIENCE)
+        """Have the agents write what they learned and end; without all workers their step may never end."""
+        agents = [process for process in self.processes if process.launch.role is Role.AGENT]
+        finishes = all(worker.is_running for worker in self.workers)
+        end_processes(agents, AGENT_PATIENCE if finishes else WORKER_PATIENCE, self._stop)
 
-    def _end(self, processes: Iterable[WorkerProcess], patience: float) -> None:
-        ending = [process for process in processes if process.is_running]
-        for process in ending:
-            process.ask_to_stop()
-        deadline = time.monotonic() + patience
-        while any(process.is_running for process in ending) and time.monotonic() < deadline:
-            if self._stop.is_urgent:
-                break
-            self._stop.nap(0.1)
-        for process in ending:
-            process.kill()
-        for process in ending:
-            process.wait(KILL_PATIENCE)
+    def _log(self, launch: Launch) -> Path:
+        return self._logs / f"{launch.name}.jsonl"
+
+    def _enter(self, process: WorkerProcess) -> WorkerProcess:
+        self._processes[process.name] = process
+        try:
+            self._on_change(self.records())
+        except OSError as error:
+            # Whoever takes the run over finds the process by its command line as well.
+            _log.warning("what runs can't be written down: %s", error)
+        return process
+
+
+def end_processes(processes: Iterable[WorkerProcess], patience: float, stop: StopRequest) -> None:
+    """Ask processes to end, and kill those that did not within `patience` seconds, or once `stop` is urgent."""
+    ending = [process for process in processes if process.is_running]
+    for process in ending:
+        process.ask_to_stop()
+    deadline = time.monotonic() + patience
+    while any(process.is_running for process in ending) and time.monotonic() < deadline:
+        if stop.is_urgent:
+            break
+        stop.nap(POLL)
+    for process in ending:
+        process.kill()
+    for process in ending:
+        process.wait(KILL_PATIENCE)

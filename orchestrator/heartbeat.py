@@ -1,5 +1,6 @@
 """How a process is, as it says itself: its state by Ping."""
 
+import math
 import time
 from collections.abc import Callable
 from types import TracebackType
@@ -10,13 +11,15 @@ from msgspec import Struct
 from orchestrator.run_directory import ProcessRecord
 from protocol.client import Client
 from protocol.errors import CallFailed, ProtocolError
-from protocol.messages import Ping, Pong, Role, State
+from protocol.messages import Drain, Ping, Pong, Role, State
 from protocol.pending import Pending
 from protocol.timeouts import Timeouts
 
 NOT_RUNNING = "not running"
 SILENT = "silent"
 RUNNING = "running"
+LONGEST_INTERVAL = 0.2
+"""Seconds between two pings, or the run's heartbeat if that is shorter."""
 
 
 class Health(Struct, frozen=True, kw_only=True):
@@ -26,6 +29,7 @@ class Health(Struct, frozen=True, kw_only=True):
         state: the worker's own word (starting, ready, busy, draining), `silent` where it does not answer, `running`
             for a process that serves nothing, or `not running`.
         answered: requests answered so far; None for what does not answer pings.
+        restarts: how often it was started again, replacements not counted.
     """
 
     name: str
@@ -35,13 +39,17 @@ class Health(Struct, frozen=True, kw_only=True):
     answered: int | None = None
     queue_depth: int | None = None
     resident_bytes: int | None = None
+    restarts: int = 0
 
 
 class Heartbeat:
-    """Pings one process without ever waiting for it: each `beat` takes what has come and asks anew.
+    """Pings one process without ever waiting for it: each `beat` takes what has come, and asks anew if it is time to.
 
     Args:
         unheard: the state of a process that never answered yet.
+
+    Attributes:
+        pong: its last answer; None before the first.
     """
 
     def __init__(
@@ -52,6 +60,7 @@ class Heartbeat:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._process = process
+        self._interval = min(LONGEST_INTERVAL, timeouts.heartbeat)
         self._patience = 2 * timeouts.heartbeat
         self._unheard = unheard
         self._clock = clock
@@ -61,8 +70,9 @@ class Heartbeat:
             else None
         )
         self._pending: Pending[Pong] | None = None
-        self._pong: Pong | None = None
+        self._asked = -math.inf
         self._heard = 0.0
+        self.pong: Pong | None = None
         self._refusal: ProtocolError | None = None
 
     def __enter__(self) -> "Heartbeat":
@@ -85,18 +95,29 @@ class Heartbeat:
         if self._client is None:
             return self._health(RUNNING)
         self._take_answer()
-        if self._pending is None:
+        if self._pending is None and self._clock() - self._asked >= self._interval:
+            self._asked = self._clock()
             self._pending = self._client.submit(Ping(), deadline=self._patience)
-        if self._pong is None:
+        if self.pong is None:
             return self._health(self._unheard)
         if self._clock() - self._heard > 2 * self._patience:
             return self._health(SILENT)
-        return self._health(self._pong.state.value, self._pong)
+        return self._health(self.pong.state.value, self.pong)
 
     @property
     def is_ready(self) -> bool:
         """Whether it has said that it can work."""
-        return self._pong is not None and self._pong.state is not State.STARTING
+        return self.pong is not None and self.pong.state is not State.STARTING
+
+    @property
+    def heard(self) -> float | None:
+        """When it last answered, in seconds of the clock; None before it ever did."""
+        return None if self.pong is None else self._heard
+
+    def drain(self) -> None:
+        """Have the worker finish what is in hand and end."""
+        if self._client is not None:
+            self._client.submit(Drain())
 
     def check(self) -> None:
         """Raise `VersionMismatch` or `WrongRole` if it is not one to talk to."""
@@ -107,7 +128,7 @@ class Heartbeat:
         if self._pending is None or not self._pending.done():
             return
         try:
-            self._pong, self._heard = self._pending.result(), self._clock()
+            self.pong, self._heard = self._pending.result(), self._clock()
         except ProtocolError as error:
             self._refusal = error
         except CallFailed:

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
@@ -32,6 +33,19 @@ def last_record(path: Path, record: type[RecordT]) -> RecordT | None:
         except msgspec.MsgspecError:
             continue
     return None
+
+
+def all_records(path: Path, record: type[RecordT]) -> Iterator[RecordT]:
+    """Every line that is a whole record; none where there is no file."""
+    for line in Follower(path).new_lines():
+        with suppress(msgspec.MsgspecError):
+            yield msgspec.json.decode(line, type=record)
+
+
+def append_record(path: Path, record: Struct) -> None:
+    """Add a line; a reader never sees a part of it."""
+    with path.open("ab", buffering=0) as file:
+        file.write(msgspec.json.encode(record) + b"\n")
 
 
 class Follower:

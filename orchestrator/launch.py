@@ -9,6 +9,8 @@ from msgspec import Struct
 from protocol.config import RunConfig
 from protocol.messages import Role
 
+TRAINING, EVALUATION = "agent", "evaluation"
+"""What the two agents are called."""
 PROCESS_ENVIRONMENT: dict[str, str] = {
     # One thread for every numerical library: processes share the cores, and sums come out in one order.
     "OMP_NUM_THREADS": "1",
@@ -41,13 +43,18 @@ class Evaluate(Struct, frozen=True, kw_only=True):
     policies: tuple[str, ...] = ()
 
 
+def registry_address(sockets: Path) -> str:
+    """Where the orchestrator answers the processes that it started."""
+    return f"ipc://{sockets}/orchestrator"
+
+
 def worker_launches(config: RunConfig, config_path: Path, sockets: Path) -> tuple[Launch, ...]:
     """The render and perception workers of a run; every perception worker may ask every render worker.
 
     Args:
         sockets: a directory with a short path, for the `ipc://` sockets.
     """
-    options = ("--config", str(config_path))
+    options = ("--config", str(config_path.resolve()))
     renderers = [
         _worker(f"render-{number}", Role.RENDER, "render_worker", sockets, options)
         for number in range(config.render.workers)
@@ -60,17 +67,17 @@ def worker_launches(config: RunConfig, config_path: Path, sockets: Path) -> tupl
     return *renderers, *perceivers
 
 
-def training_launch(run: Path, workers: Sequence[Launch]) -> Launch:
+def training_launch(run: Path, workers: Sequence[Launch], sockets: Path) -> Launch:
     """The agent that trains in the run directory `run`."""
-    return Launch(name="agent", role=Role.AGENT, command=_agent("train", run, workers))
+    return Launch(name=TRAINING, role=Role.AGENT, command=_agent("train", TRAINING, run, workers, sockets))
 
 
-def evaluation_launch(run: Path, workers: Sequence[Launch], evaluate: Evaluate) -> Launch:
+def evaluation_launch(run: Path, workers: Sequence[Launch], sockets: Path, evaluate: Evaluate) -> Launch:
     """The agent that flies the evaluation of the run directory `run`."""
-    command = _agent("evaluate", run, workers) + _repeated("--policy", evaluate.policies)
+    command = _agent("evaluate", EVALUATION, run, workers, sockets) + _repeated("--policy", evaluate.policies)
     if evaluate.episodes is not None:
         command += ("--episodes", str(evaluate.episodes))
-    return Launch(name="evaluation", role=Role.AGENT, command=command)
+    return Launch(name=EVALUATION, role=Role.AGENT, command=command)
 
 
 def addresses(workers: Sequence[Launch], role: Role | None = None) -> tuple[str, ...]:
@@ -86,16 +93,22 @@ def module_command(module: str, *arguments: str) -> tuple[str, ...]:
 
 def _worker(name: str, role: Role, module: str, sockets: Path, options: tuple[str, ...]) -> Launch:
     address = f"ipc://{sockets}/{name}"
-    command = module_command(module, "--bind", address, *options)
+    command = module_command(module, "--bind", address, *_membership(name, sockets), *options)
     return Launch(name=name, role=role, command=command, address=address)
 
 
-def _agent(activity: str, run: Path, workers: Sequence[Launch]) -> tuple[str, ...]:
+def _agent(activity: str, name: str, run: Path, workers: Sequence[Launch], sockets: Path) -> tuple[str, ...]:
+    # Absolute: the same run gives the same command wherever the orchestrator is called, so that it finds the process.
     return (
-        *module_command("agent", activity, "--run", str(run)),
+        *module_command("agent", activity, "--run", str(run.resolve()), *_membership(name, sockets)),
         *_repeated("--render", addresses(workers, Role.RENDER)),
         *_repeated("--perception", addresses(workers, Role.PERCEPTION)),
     )
+
+
+def _membership(name: str, sockets: Path) -> tuple[str, ...]:
+    """How a process joins the run, and learns that its orchestrator is gone."""
+    return "--orchestrator", registry_address(sockets), "--name", name
 
 
 def _repeated(option: str, values: Sequence[str]) -> tuple[str, ...]:

@@ -142,7 +142,7 @@ def workers_table(workers: Sequence[Health]) -> Table:
     table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim")
     table.add_column("process")
     table.add_column("state", min_width=LONGEST_STATE)
-    for heading in ("answered", "in hand", "memory", "pid"):
+    for heading in ("answered", "in hand", "memory", "restarts", "pid"):
         table.add_column(heading, justify="right")
     for worker in workers:
         memory = "" if worker.resident_bytes is None else f"{worker.resident_bytes / 2**20:.0f} MiB"
@@ -152,6 +152,7 @@ def workers_table(workers: Sequence[Health]) -> Table:
             "" if worker.answered is None else str(worker.answered),
             "" if worker.queue_depth is None else str(worker.queue_depth),
             memory,
+            str(worker.restarts) if worker.restarts else "",
             str(worker.pid),
         )
     return table

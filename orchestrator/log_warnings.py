@@ -1,5 +1,7 @@
 """The last warning in the logs of a run's processes, as they are written."""
 
+from pathlib import Path
+
 from orchestrator.json_lines import Follower
 from orchestrator.log_line import WARNINGS, parse_log_line
 from orchestrator.worker_process import WorkerProcess
@@ -14,7 +16,11 @@ class LogWarnings:
 
     def follow(self, process: WorkerProcess) -> None:
         """Take up a process's log, from the process's own first line."""
-        self._followers[process.name] = Follower(process.log, process.log_start)
+        self.follow_file(process.name, process.log, process.log_start)
+
+    def follow_file(self, name: str, log: Path, start: int) -> None:
+        """Take up a log from a byte on; its warnings are told as those of `name`."""
+        self._followers[name] = Follower(log, start)
 
     def last(self) -> str | None:
         """`NAME: message` of the last warning so far; None before the first."""

@@ -1,5 +1,6 @@
 """What a run came to, for programs (`--json`) and for people."""
 
+from collections.abc import Iterator, Mapping
 from typing import get_args
 
 from msgspec import Struct
@@ -7,6 +8,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from orchestrator.live_display import duration, stages_text
+from orchestrator.restart import count_restarts
 from orchestrator.run_directory import RunDirectory
 from orchestrator.table import evaluation_table
 from protocol.records import Evaluation, Stage
@@ -19,6 +21,8 @@ class TrainingReport(Struct, frozen=True, kw_only=True):
         run: the run directory.
         interrupted: whether somebody stopped it before its end.
         stages: median seconds an environment step spends in each stage; None for a stage that none was measured of.
+        restarts: how often each process was started again that failed.
+        recycled: how often each worker was replaced on purpose, for its memory or its requests.
         evaluation: None where none was flown.
     """
 
@@ -32,6 +36,8 @@ class TrainingReport(Struct, frozen=True, kw_only=True):
     stages: dict[Stage, float | None]
     late_replies: int
     retries: int
+    restarts: dict[str, int]
+    recycled: dict[str, int]
     evaluation: Evaluation | None
 
 
@@ -40,6 +46,7 @@ def training_report(run: RunDirectory, *, interrupted: bool) -> TrainingReport |
     summary = run.summary()
     if summary is None:
         return None
+    restarts = run.restarts()
     return TrainingReport(
         run=str(run.path),
         interrupted=interrupted,
@@ -51,6 +58,8 @@ def training_report(run: RunDirectory, *, interrupted: bool) -> TrainingReport |
         stages={stage: summary.stages.get(stage) for stage in get_args(Stage)},
         late_replies=summary.late_replies,
         retries=summary.retries,
+        restarts=count_restarts(restarts),
+        recycled=count_restarts(restarts, planned=True),
         evaluation=run.evaluation(),
     )
 
@@ -65,8 +74,15 @@ def report_view(report: TrainingReport) -> RenderableType:
         Text(f"{'stopped after' if report.interrupted else 'trained'} {trained}", "bold"),
         Text(stages_text({stage: seconds for stage, seconds in report.stages.items() if seconds is not None})),
         Text(f"late replies {report.late_replies}, retries {report.retries}", "dim"),
+        *_counts("restarts", report.restarts),
+        *_counts("replaced", report.recycled),
         Text(f"run: {report.run}"),
     ]
     if report.evaluation is not None:
         lines.append(evaluation_table(report.evaluation))
     return Group(*lines)
+
+
+def _counts(heading: str, counts: Mapping[str, int]) -> Iterator[Text]:
+    if counts:
+        yield Text(f"{heading}: {', '.join(f'{name} {count}' for name, count in counts.items())}", "dim")

@@ -19,7 +19,8 @@ import tomli_w
 from msgspec import Struct
 
 from orchestrator.errors import NoSuchRun, RunBusy, RunError, RunExists
-from orchestrator.json_lines import last_record
+from orchestrator.json_lines import all_records, append_record, last_record
+from orchestrator.restart import Restart
 from orchestrator.versions import Versions
 from protocol.artifact import whole_file
 from protocol.config import RunConfig, load_config
@@ -40,6 +41,7 @@ class ProcessRecord(Struct, frozen=True, kw_only=True):
         address: where it serves; none for the agent, which serves nothing.
         started: the process's creation, in seconds since the epoch; tells it from a later process of the same number.
         log: its log, relative to the run directory.
+        log_start: the byte there at which its own lines begin.
     """
 
     name: str
@@ -48,6 +50,20 @@ class ProcessRecord(Struct, frozen=True, kw_only=True):
     pid: int
     started: float
     log: str
+    log_start: int = 0
+
+
+class Plan(Struct, frozen=True, kw_only=True):
+    """What is to be done in a run, beside its configuration: `plan.json`.
+
+    Attributes:
+        evaluate: whether an evaluation follows the training.
+    """
+
+    evaluate: bool = True
+
+
+DEFAULT_PLAN = Plan()
 
 
 class RunDirectory(Struct, frozen=True):
@@ -56,7 +72,7 @@ class RunDirectory(Struct, frozen=True):
     path: Path
 
     @classmethod
-    def create(cls, path: Path, config: RunConfig, versions: Versions) -> "RunDirectory":
+    def create(cls, path: Path, config: RunConfig, versions: Versions, plan: Plan = DEFAULT_PLAN) -> "RunDirectory":
         """Make a new run.
 
         Raises:
@@ -64,12 +80,13 @@ class RunDirectory(Struct, frozen=True):
             RunError: the system would not make it.
         """
         if path.exists():
-            raise RunExists(f"{path} exists already, and a run is never overwritten; choose another with --run")
+            raise RunExists(f"{path} exists already, and a run is never overwritten; {_instead_of_making(path)}")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             with _directory_aside(path) as aside:
                 (aside / "config.toml").write_bytes(resolved_toml(config))
                 (aside / "versions.json").write_bytes(versions.to_json())
+                (aside / "plan.json").write_bytes(msgspec.json.encode(plan) + b"\n")
                 (aside / "logs").mkdir()
         except OSError as error:
             raise RunError(f"the run directory {path} can't be made: {error.strerror}") from error
@@ -113,6 +130,16 @@ class RunDirectory(Struct, frozen=True):
         return self.path / "weights.safetensors"
 
     @property
+    def summary_path(self) -> Path:
+        """How the agent's training ended, or was stopped."""
+        return self.path / "summary.json"
+
+    @property
+    def restarts_path(self) -> Path:
+        """Each restart of a process, one JSON object a line."""
+        return self.path / "restarts.jsonl"
+
+    @property
     def evaluation_path(self) -> Path:
         """What the agent's evaluation gave."""
         return self.path / "evaluation.json"
@@ -121,6 +148,11 @@ class RunDirectory(Struct, frozen=True):
     def logs(self) -> Path:
         """One file of JSON lines for each process."""
         return self.path / "logs"
+
+    @property
+    def orchestrator_log(self) -> Path:
+        """What the orchestrator itself had to say."""
+        return self.logs / "orchestrator.jsonl"
 
     def config(self) -> RunConfig:
         """What the run was told.
@@ -136,11 +168,29 @@ class RunDirectory(Struct, frozen=True):
 
     def summary(self) -> Summary | None:
         """How the training ended; None before that."""
-        return _read(self.path / "summary.json", Summary)
+        return _read(self.summary_path, Summary)
 
     def evaluation(self) -> Evaluation | None:
         """The last evaluation; None before the first."""
         return _read(self.evaluation_path, Evaluation)
+
+    def plan(self) -> Plan:
+        """What is to be done here."""
+        return _read(self.path / "plan.json", Plan) or DEFAULT_PLAN
+
+    def is_trained(self) -> bool:
+        """Whether the training has come to its end."""
+        summary = self.summary()
+        return summary is not None and summary.complete
+
+    def is_finished(self) -> bool:
+        """Whether all that was planned is done."""
+        return self.is_trained() and (self.is_evaluated() or not self.plan().evaluate)
+
+    def is_evaluated(self, since: float = 0.0) -> bool:
+        """Whether there is an evaluation of what was last trained, written after `since` (seconds since 1970)."""
+        written = _written(self.evaluation_path)
+        return self.evaluation() is not None and written >= max(since, _written(self.summary_path))
 
     def processes(self) -> tuple[ProcessRecord, ...]:
         """The processes that were last started on this run."""
@@ -153,6 +203,14 @@ class RunDirectory(Struct, frozen=True):
         """Note which processes work on this run, for `status` and for whoever takes the run over."""
         with whole_file(self.workers_path) as aside:
             aside.write_bytes(msgspec.json.format(msgspec.json.encode(processes), indent=2) + b"\n")
+
+    def restarts(self) -> tuple[Restart, ...]:
+        """Every restart of a process of this run so far."""
+        return tuple(all_records(self.restarts_path, Restart))
+
+    def note_restart(self, restart: Restart) -> None:
+        """Write a restart down."""
+        append_record(self.restarts_path, restart)
 
     @contextmanager
     def lock(self, patience: float = LOCK_PATIENCE) -> Generator[None]:
@@ -175,6 +233,20 @@ class RunDirectory(Struct, frozen=True):
                 return False
         except RunBusy:
             return True
+
+
+def _instead_of_making(path: Path) -> str:
+    if RunDirectory(path).config_path.is_file():
+        return f"go on with it by 'orchestrator resume {path}', or choose another with --run"
+    return "choose another with --run"
+
+
+def _written(path: Path) -> float:
+    """When a file was last written, in seconds since 1970; 0 where there is none."""
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
 
 
 @contextmanager

@@ -1,128 +1,107 @@
-"""A command at work with a fleet: waits for processes, watches them, and shows how they are."""
+"""A command at work with a supervisor: waits for workers, has an agent work, and shows how they are."""
 
+import math
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
-from types import TracebackType
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
-from orchestrator.errors import Interrupted, ProcessFailed
+from orchestrator.errors import Interrupted
 from orchestrator.fleet import Fleet
-from orchestrator.heartbeat import Health, Heartbeat
 from orchestrator.launch import Launch
 from orchestrator.live_display import Display, Snapshot
 from orchestrator.log_warnings import LogWarnings
 from orchestrator.stop_request import StopRequest
-from orchestrator.worker_process import WorkerProcess
-from protocol.errors import DeadlineExceeded
-from protocol.messages import State
+from orchestrator.supervisor import Supervisor
+from orchestrator.ward import IsDone
 from protocol.records import Progress
-from protocol.timeouts import Timeouts
 
-TICK = 0.2
+LOOK = 0.05
 """Seconds between two looks at the processes."""
-LAST_BREATH = 1.0
-"""Seconds that a killed process may take to be gone."""
+SHOW = 0.2
+"""Seconds between two pictures for people."""
 
 
 class Session:
-    """Starts processes in a fleet and waits for them, while a display shows the fleet's health.
+    """Starts processes and waits for them, while the supervisor looks after them and a display shows their health.
 
     Args:
         progress: how far the agent is; None before its first word.
+        log: the orchestrator's own, whose warnings are shown as well.
     """
 
     def __init__(
         self,
         fleet: Fleet,
+        supervisor: Supervisor,
         display: Display,
         stop: StopRequest,
-        timeouts: Timeouts,
         progress: Callable[[], Progress | None] = lambda: None,
+        log: Path | None = None,
         clock: Callable[[], float] = time.monotonic,
         wall_clock: Callable[[], float] = time.time,
     ) -> None:
         self._fleet = fleet
+        self._supervisor = supervisor
         self._display = display
         self._stop = stop
-        self._timeouts = timeouts
         self._progress = progress
         self._clock = clock
         self._wall_clock = wall_clock
         self._began = clock()
         self._activity_began = wall_clock()
-        self._closing = ExitStack()
-        self._heartbeats: dict[str, Heartbeat] = {}
+        self._shown = -math.inf
         self._warnings = LogWarnings()
-
-    def __enter__(self) -> "Session":
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self._closing.close()
+        if log is not None:
+            self._warnings.follow_file("orchestrator", log, log.stat().st_size if log.exists() else 0)
 
     def start_workers(self, launches: Sequence[Launch]) -> None:
         """Start workers side by side and wait until each says that it can work.
 
         Raises:
-            ProcessFailed: one ended instead.
-            DeadlineExceeded: one was not ready when the startup clock ran out.
-            VersionMismatch, WrongRole: it is no worker to talk to.
+            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.look`.
             Interrupted: somebody asked to stop.
         """
-        workers = [self._start(launch) for launch in launches]
-        deadline = self._clock() + self._timeouts.startup
-        while waiting := [worker for worker in workers if not self._heartbeats[worker.name].is_ready]:
+        for launch in launches:
+            self._start(launch)
+        while waiting := [launch.name for launch in launches if not self._supervisor.is_ready(launch.name)]:
             self._stop.check()
-            self._fleet.require_workers()
-            if self._clock() >= deadline:
-                raise DeadlineExceeded(_not_ready(waiting, self._timeouts.startup))
-            for worker in waiting:
-                self._heartbeats[worker.name].check()
-            self._show(f"waiting for {', '.join(worker.name for worker in waiting)}")
-            self._stop.nap(TICK)
+            self._supervisor.look()
+            self._show(f"waiting for {', '.join(waiting)}")
+            self._stop.nap(LOOK)
 
-    def run(self, launch: Launch, activity: str) -> None:
-        """Start an agent and wait for its end.
+    def run(self, launch: Launch, activity: str, is_done: IsDone) -> None:
+        """Have an agent work until its work is done.
 
         Raises:
-            ProcessFailed: it, or a worker that it needs, failed.
+            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.look`.
             Interrupted: somebody asked to stop; the agent has written what it had.
         """
         self._activity_began = self._wall_clock()
-        agent = self._start(launch)
-        while agent.is_running:
+        self._start(launch, is_done)
+        while not self._supervisor.is_over(launch.name):
             if self._stop.is_asked:
-                self._show(f"stopping {agent.name}")
+                self._show(f"stopping {launch.name}", at_once=True)
                 self._fleet.stop_agents()
                 raise Interrupted(f"{activity} was stopped on request")
-            self._fleet.require_workers()
+            self._supervisor.look()
             self._show(activity)
-            self._stop.nap(TICK, until=lambda: not agent.is_running)
-        self._heartbeats.pop(launch.name)
-        self._show(activity)
-        if agent.exit_code != 0:
-            # An agent that lost a worker fails right after it: the end of the worker, if it is gone yet, is the reason.
-            self._stop.nap(LAST_BREATH, until=lambda: any(not worker.is_running for worker in self._fleet.workers))
-            self._fleet.require_workers()
-            raise ProcessFailed(agent.obituary())
+            self._stop.nap(LOOK)
+        self._supervisor.release(launch.name)
+        self._show(activity, at_once=True)
 
-    def _start(self, launch: Launch) -> WorkerProcess:
-        process = self._fleet.start(launch)
-        record = next(record for record in self._fleet.records() if record.name == launch.name)
-        heartbeat = Heartbeat(record, self._timeouts, unheard=State.STARTING.value)
-        self._heartbeats[launch.name] = self._closing.enter_context(heartbeat)
-        self._warnings.follow(process)
-        return process
+    def _start(self, launch: Launch, is_done: IsDone | None = None) -> None:
+        self._warnings.follow(self._supervisor.start(launch, is_done))
 
-    def _show(self, activity: str) -> None:
+    def _show(self, activity: str, *, at_once: bool = False) -> None:
+        if not at_once and self._clock() - self._shown < SHOW:
+            return
+        self._shown = self._clock()
         self._display.show(
             Snapshot(
                 activity=activity,
                 elapsed=self._clock() - self._began,
                 progress=self._news(),
-                workers=tuple(self._health()),
+                workers=tuple(self._supervisor.health()),
                 warning=self._warnings.last(),
             )
         )
@@ -131,13 +110,3 @@ class Session:
         """How far the present activity is; what an earlier one said last is no news."""
         progress = self._progress()
         return progress if progress is not None and progress.time >= self._activity_began else None
-
-    def _health(self) -> Iterator[Health]:
-        return (heartbeat.beat() for heartbeat in self._heartbeats.values())
-
-
-def _not_ready(waiting: Sequence[WorkerProcess], startup: float) -> str:
-    names = ", ".join(worker.name for worker in waiting)
-    words = waiting[0].last_words()
-    said = f"; {waiting[0].name} said last: {words}" if words else ""
-    return f"{names} did not get ready within {startup:g} s{said} (log: {waiting[0].log})"

@@ -1,53 +1,180 @@
-"""The main job: a fleet of workers and an agent that trains on what they see, then flies its evaluation."""
+"""The main job: a fleet of workers and an agent that trains on what they see, then flies its evaluation.
 
-from collections.abc import Iterator
+A run is always brought to its end from wherever it stands: a new one from nothing, one whose orchestrator was killed
+from the processes and files that it left.
+"""
+
+import logging
+from collections.abc import Generator
 from contextlib import contextmanager
+from pathlib import Path
 
-from orchestrator.fleet import Fleet
-from orchestrator.launch import Evaluate, Launch, evaluation_launch, training_launch, worker_launches
+from msgspec import Struct
+
+from orchestrator.errors import RunBusy
+from orchestrator.fleet import AGENT_PATIENCE, WORKER_PATIENCE, Fleet, end_processes
+from orchestrator.launch import (
+    TRAINING,
+    Evaluate,
+    Launch,
+    evaluation_launch,
+    registry_address,
+    training_launch,
+    worker_launches,
+)
+from orchestrator.left_behind import Found, LeftBehind
 from orchestrator.live_display import Display
+from orchestrator.registry import Registry, serve_registry
 from orchestrator.run_directory import RunDirectory
+from orchestrator.run_log import run_log
 from orchestrator.session import Session
-from orchestrator.socket_directory import socket_directory
+from orchestrator.socket_directory import run_sockets
 from orchestrator.stop_request import StopRequest
+from orchestrator.supervisor import Supervisor
+from orchestrator.ward import IsDone
+from orchestrator.worker_process import WorkerProcess
+from protocol.messages import Role
 from protocol.timeouts import Timeouts
 
+_log = logging.getLogger(__name__)
 
-def train(run: RunDirectory, *, evaluate: bool, display: Display, stop: StopRequest) -> None:
-    """Train on a new run, and fly its evaluation with the same workers.
+
+class Job(Struct, frozen=True, eq=False):
+    """An agent's work, what it is called for people, and when it is done."""
+
+    launch: Launch
+    activity: str
+    is_done: IsDone
+
+
+class Cast(Struct, frozen=True, eq=False):
+    """Every process that a run may need, as it is started, and what is to be done now."""
+
+    workers: tuple[Launch, ...]
+    agents: tuple[Launch, ...]
+    jobs: tuple[Job, ...]
+
+    def adoptable(self) -> set[str]:
+        """The names of those that are needed now.
+
+        Of the agents only the first one: an evaluation that runs while training is missing flies other weights.
+        """
+        return (
+            {launch.name for launch in (*self.workers, *(job.launch for job in self.jobs[:1]))} if self.jobs else set()
+        )
+
+
+def train(run: RunDirectory, *, display: Display, stop: StopRequest) -> None:
+    """Train on a new run, and fly its evaluation with the same workers if it is to have one.
 
     Raises:
-        ProcessFailed: a process ended that should not have.
+        ProcessFailed: a process ended that can't work, or ended too often.
         DeadlineExceeded: the workers were not ready in time.
         Interrupted: somebody asked to stop; the agent wrote what it had learned, if it had begun.
     """
-    with _crew(run, display, stop) as (session, workers):
-        session.run(training_launch(run.path, workers), "training")
-        if evaluate:
-            session.run(evaluation_launch(run.path, workers, Evaluate()), "evaluation")
+    with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
+        cast = _cast_to_finish(run, sockets)
+        # Who serves at our sockets now was started on another run of this path, and has loaded what that was told.
+        _perform(run, sockets, cast, LeftBehind((), (*cast.workers, *cast.agents), ()), display, stop)
+
+
+def resume(run: RunDirectory, *, display: Display, stop: StopRequest) -> None:
+    """Bring a run to its end from wherever it stands; nothing is done where it is there already.
+
+    Raises:
+        RunBusy: an orchestrator works on it.
+        ProcessFailed, DeadlineExceeded, Interrupted: as `train` does.
+    """
+    with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
+        cast = _cast_to_finish(run, sockets)
+        _perform(run, sockets, cast, _left_behind(run, cast), display, stop)
 
 
 def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopRequest) -> None:
     """Fly an evaluation of a run that was trained.
 
     Raises:
+        RunBusy: an orchestrator works on it, or its training goes on without one.
         ProcessFailed, DeadlineExceeded, Interrupted: as `train` does.
     """
-    with _crew(run, display, stop) as (session, workers):
-        session.run(evaluation_launch(run.path, workers, what), "evaluation")
+    with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
+        workers, training = _workers_and_training(run, sockets)
+        evaluation = evaluation_launch(run.path, workers, sockets, what)
+        cast = Cast(workers, (training, evaluation), (Job(evaluation, "evaluation", run.is_evaluated),))
+        left_behind = _left_behind(run, cast)
+        if any(found.launch.name == TRAINING for found in left_behind.in_the_way):
+            resumption = f"'orchestrator resume {run.path}'"
+            raise RunBusy(f"the training of {run.path} goes on without its orchestrator; take it up by {resumption}")
+        _perform(run, sockets, cast, left_behind, display, stop)
+
+
+def _cast_to_finish(run: RunDirectory, sockets: Path) -> Cast:
+    """What it takes to bring a run to its end."""
+    workers, training = _workers_and_training(run, sockets)
+    evaluation = evaluation_launch(run.path, workers, sockets, Evaluate())
+    jobs: list[Job] = []
+    if not run.is_trained():
+        jobs.append(Job(training, "training", lambda _: run.is_trained()))
+    if run.plan().evaluate and not (run.is_trained() and run.is_evaluated()):
+        jobs.append(Job(evaluation, "evaluation", run.is_evaluated))
+    return Cast(workers, (training, evaluation), tuple(jobs))
+
+
+def _workers_and_training(run: RunDirectory, sockets: Path) -> tuple[tuple[Launch, ...], Launch]:
+    workers = worker_launches(run.config(), run.config_path, sockets)
+    return workers, training_launch(run.path, workers, sockets)
+
+
+def _left_behind(run: RunDirectory, cast: Cast) -> LeftBehind:
+    return LeftBehind(run.processes(), (*cast.workers, *cast.agents), cast.adoptable())
+
+
+def _perform(
+    run: RunDirectory, sockets: Path, cast: Cast, left_behind: LeftBehind, display: Display, stop: StopRequest
+) -> None:
+    """Do the jobs, one after the other, with the same workers."""
+    _end(left_behind, run.logs, stop)
+    if not cast.jobs:
+        return
+    with _crew(run, sockets, left_behind, display, stop) as session:
+        session.start_workers(cast.workers)
+        for job in cast.jobs:
+            session.run(job.launch, job.activity, job.is_done)
 
 
 @contextmanager
-def _crew(run: RunDirectory, display: Display, stop: StopRequest) -> Iterator[tuple[Session, tuple[Launch, ...]]]:
-    """The run's workers, ready; none of them is left when this ends."""
+def _crew(
+    run: RunDirectory, sockets: Path, left_behind: LeftBehind, display: Display, stop: StopRequest
+) -> Generator[Session]:
+    """A session on the run; no process of it is left when this ends."""
     config = run.config()
     timeouts = Timeouts.from_config(config.timeouts)
+    registry = Registry(timeouts.liveness)
     with (
-        run.lock(),
-        socket_directory() as sockets,
+        serve_registry(registry, registry_address(sockets), timeouts),
         Fleet(run.logs, stop, run.write_processes) as fleet,
-        Session(fleet, display, stop, timeouts, run.progress) as session,
+        Supervisor(
+            fleet,
+            config.supervision,
+            timeouts,
+            registry=registry,
+            progress=run.progress,
+            left_behind=left_behind,
+            past=run.restarts(),
+            on_restart=run.note_restart,
+        ) as supervisor,
     ):
-        workers = worker_launches(config, run.config_path, sockets)
-        session.start_workers(workers)
-        yield session, workers
+        yield Session(fleet, supervisor, display, stop, run.progress, run.orchestrator_log)
+
+
+def _end(left_behind: LeftBehind, logs: Path, stop: StopRequest) -> None:
+    """End what an earlier orchestrator left and nobody needs: agents first, as ever."""
+    agents = [found for found in left_behind.in_the_way if found.launch.role is Role.AGENT]
+    others = [found for found in left_behind.in_the_way if found.launch.role is not Role.AGENT]
+    for found, patience in ((agents, AGENT_PATIENCE), (others, WORKER_PATIENCE)):
+        end_processes([_process(one, logs) for one in found], patience, stop)
+
+
+def _process(found: Found, logs: Path) -> WorkerProcess:
+    _log.warning("%s was left behind, as process %d, and is ended", found.launch.name, found.process.pid)
+    return WorkerProcess.adopt(found.launch, found.process, logs / f"{found.launch.name}.jsonl", found.log_start)

@@ -7,12 +7,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from orchestrator.fleet import Fleet
-from orchestrator.launch import Launch, worker_launches
+from orchestrator.launch import Launch, registry_address, worker_launches
 from orchestrator.live_display import Display
+from orchestrator.registry import Registry, serve_registry
 from orchestrator.run_directory import resolved_toml
 from orchestrator.session import Session
 from orchestrator.socket_directory import socket_directory
 from orchestrator.stop_request import StopRequest
+from orchestrator.supervisor import Supervisor
 from protocol.artifact import cache_directory
 from protocol.client import Client
 from protocol.config import RunConfig
@@ -41,13 +43,14 @@ def worker_pair(config: RunConfig, *, display: Display, stop: StopRequest) -> Ge
     timeouts = Timeouts.from_config(config.timeouts)
     with (
         socket_directory() as sockets,
+        serve_registry(Registry(timeouts.liveness), registry_address(sockets), timeouts),
         Fleet(cache_directory() / "logs", stop) as fleet,
-        Session(fleet, display, stop, timeouts) as session,
+        Supervisor(fleet, config.supervision, timeouts) as supervisor,
     ):
         config_path = sockets / "config.toml"
         config_path.write_bytes(resolved_toml(config))
         render, perception = worker_launches(config, config_path, sockets)
-        session.start_workers((render, perception))
+        Session(fleet, supervisor, display, stop).start_workers((render, perception))
         with _client(render, timeouts) as renderer, _client(perception, timeouts) as perceiver:
             yield WorkerPair(renderer, perceiver)
 

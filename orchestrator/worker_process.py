@@ -1,9 +1,6 @@
-"""One child process of a run, from its start to its end."""
+"""One process of a run, from its start to its end."""
 
-import contextlib
-import os
 import signal
-import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,12 +10,13 @@ from orchestrator.errors import ProcessFailed
 from orchestrator.json_lines import last_lines
 from orchestrator.launch import Launch
 from orchestrator.log_line import ERRORS, parse_log_line
+from orchestrator.process_handle import Child, Foundling, ProcessHandle, kill_group, send_signal
 
 LONGEST_QUOTE = 400
 
 
 class WorkerProcess:
-    """A process that was started from a `Launch`; the same launch can be started again.
+    """A process of a `Launch`, started or found; the same launch can be started again.
 
     It leads a process group of its own: Ctrl-C in the terminal reaches the orchestrator alone, which then stops the
     others in order, and what a killed worker started itself is killed with it.
@@ -26,26 +24,31 @@ class WorkerProcess:
     Attributes:
         log: the file that takes its stdout and stderr.
         log_start: where its own lines begin there; an earlier process may have written to the same file.
-        started: its creation, in seconds since the epoch.
     """
 
-    def __init__(self, launch: Launch, log: Path, environment: Mapping[str, str]) -> None:
+    def __init__(self, launch: Launch, handle: ProcessHandle, log: Path, log_start: int) -> None:
         self.launch = launch
         self.log = log
-        self.log_start = log.stat().st_size if log.exists() else 0
-        with log.open("ab") as errors:
-            try:
-                self._child = subprocess.Popen(
-                    launch.command,
-                    stdin=subprocess.DEVNULL,
-                    stdout=errors,
-                    stderr=errors,
-                    env={**os.environ, **environment},
-                    process_group=0,
-                )
-            except OSError as error:
-                raise ProcessFailed(f"{launch.name} can't be started: {error}") from error
-        self.started = _creation_time(self._child.pid)
+        self.log_start = log_start
+        self._handle = handle
+
+    @classmethod
+    def start(cls, launch: Launch, log: Path, environment: Mapping[str, str]) -> "WorkerProcess":
+        """Start it.
+
+        Raises:
+            ProcessFailed: the system would not.
+        """
+        log_start = log.stat().st_size if log.exists() else 0
+        try:
+            return cls(launch, Child(launch.command, log, environment), log, log_start)
+        except OSError as error:
+            raise ProcessFailed(f"{launch.name} can't be started: {error}") from error
+
+    @classmethod
+    def adopt(cls, launch: Launch, found: psutil.Process, log: Path, log_start: int) -> "WorkerProcess":
+        """Take up one that an earlier orchestrator has started."""
+        return cls(launch, Foundling(found), log, log_start)
 
     @property
     def name(self) -> str:
@@ -55,36 +58,39 @@ class WorkerProcess:
     @property
     def pid(self) -> int:
         """The process's number."""
-        return self._child.pid
+        return self._handle.pid
+
+    @property
+    def started(self) -> float:
+        """Its creation as the system tells it, in seconds since 1970."""
+        return self._handle.started
+
+    @property
+    def began(self) -> float:
+        """When it began, in seconds since 1970: what was there before was not made by it."""
+        return self._handle.began
 
     @property
     def exit_code(self) -> int | None:
-        """None while it runs; negative where a signal ended it."""
-        return self._child.poll()
+        """None while it runs, and for an adopted one for ever; negative where a signal ended it."""
+        return self._handle.exit_code
 
     @property
     def is_running(self) -> bool:
         """Whether it still runs."""
-        return self.exit_code is None
+        return self._handle.is_running
 
     def ask_to_stop(self) -> None:
         """SIGTERM: workers finish what is in hand, the agent writes what it learned."""
-        if self.is_running:
-            self._child.terminate()
+        send_signal(self._handle, signal.SIGTERM)
 
     def kill(self) -> None:
         """SIGKILL to the process and whatever it started."""
-        if self.is_running:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(self._child.pid, signal.SIGKILL)
+        kill_group(self._handle)
 
     def wait(self, seconds: float) -> bool:
         """Whether it ended within `seconds`."""
-        try:
-            self._child.wait(max(0.0, seconds))
-        except subprocess.TimeoutExpired:
-            return False
-        return True
+        return self._handle.wait(seconds)
 
     def last_words(self) -> str | None:
         """The last error in this process's log, else its last line; None where it wrote nothing."""
@@ -98,7 +104,8 @@ class WorkerProcess:
         """How it ended, in a sentence with its last words and where to read on."""
         words = self.last_words()
         said = f": {words}" if words else " without a word"
-        return f"{self.name} {ending(self.exit_code)}{said} (log: {self.log})"
+        end = "has ended" if self.exit_code is None and not self.is_running else ending(self.exit_code)
+        return f"{self.name} {end}{said} (log: {self.log})"
 
 
 def ending(exit_code: int | None) -> str:
@@ -111,10 +118,3 @@ def ending(exit_code: int | None) -> str:
         return f"was killed by {signal.Signals(-exit_code).name}"
     except ValueError:
         return f"was killed by signal {-exit_code}"
-
-
-def _creation_time(pid: int) -> float:
-    try:
-        return psutil.Process(pid).create_time()
-    except psutil.NoSuchProcess:
-        return 0.0

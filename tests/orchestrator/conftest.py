@@ -3,6 +3,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import psutil
@@ -93,6 +94,10 @@ class Command:
         self.children.append(child)
         return child
 
+    def alive(self) -> set[int]:
+        """The numbers of all processes that were started in the folder, whoever did it, and still run."""
+        return {process.pid for process in processes_in(self.folder)}
+
     def run(
         self, *arguments: str, rooms: tuple[str, ...] | None = (), patience: float = PATIENCE
     ) -> subprocess.CompletedProcess[str]:
@@ -101,16 +106,23 @@ class Command:
         return subprocess.CompletedProcess(arguments, child.returncode, out, err)
 
 
+def processes_in(folder: Path) -> list[psutil.Process]:
+    """Those that were started in a folder and still run."""
+    found = psutil.process_iter(["cwd", "status"])
+    return [one for one in found if one.info["cwd"] == str(folder) and one.info["status"] != psutil.STATUS_ZOMBIE]
+
+
 @pytest.fixture
 def orchestrator(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Command]:
     # Sockets need a short path, which a test's own folder may not have.
     command = Command(tmp_path_factory.mktemp("o"))
     yield command
+    # A killed orchestrator's processes are nobody's children; what they have in common is where they were started.
+    for process in processes_in(command.folder):
+        with suppress(psutil.NoSuchProcess):
+            process.kill()
     for child in command.children:
-        if child.poll() is None:
-            for process in [*psutil.Process(child.pid).children(recursive=True), child]:
-                process.kill()
-            child.wait(PATIENCE)
+        child.wait(PATIENCE)
         for stream in (child.stdout, child.stderr):
             if stream is not None:
                 stream.close()

@@ -81,11 +81,3 @@ def test_a_process_is_started_again_in_its_place_only_after_its_end(tmp_path, py
         assert first.wait(30.0)
         second = fleet.start(python_launch(SLEEP))
         assert fleet.processes == (second,)
-
-
-def test_a_worker_that_ended_is_told_of_with_its_last_words(tmp_path, python_launch):
-    with Fleet(tmp_path, StopRequest()) as fleet:
-        worker = fleet.start(python_launch("print('out of paint')", address="ipc:///tmp/a"))
-        assert worker.wait(30.0)
-        with pytest.raises(ProcessFailed, match=r"render-0 ended with exit code 0: out of paint \(log: .*render-0"):
-            fleet.require_workers()

@@ -20,7 +20,7 @@ def start(tmp_path, worker_launch):
     started = []
 
     def start(program: str, role: Role = Role.RENDER) -> ProcessRecord:
-        process = WorkerProcess(worker_launch(program), tmp_path / "log.jsonl", {})
+        process = WorkerProcess.start(worker_launch(program), tmp_path / "log.jsonl", {})
         started.append(process)
         return ProcessRecord(
             name="render-0",

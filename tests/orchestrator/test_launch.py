@@ -42,28 +42,47 @@ def test_every_perception_worker_may_ask_every_render_worker():
         expected = renderers if worker.role is Role.PERCEPTION else []
         assert values(worker.command, "--render") == expected
         assert values(worker.command, "--bind") == [worker.address]
-        assert values(worker.command, "--config") == [str(CONFIG)]
+        assert values(worker.command, "--config") == [str(CONFIG.resolve())]
 
 
 def test_the_agent_is_told_of_every_worker_and_serves_nothing():
     workers = worker_launches(RunConfig(), CONFIG, SOCKETS)
-    agent = training_launch(Path("run"), workers)
+    agent = training_launch(Path("run"), workers, SOCKETS)
     assert agent.address is None
-    assert agent.command[-7:] == (
-        "train",
-        "--run",
-        "run",
-        "--render",
-        "ipc:///tmp/v/render-0",
-        "--perception",
-        "ipc:///tmp/v/perception-0",
+    assert agent.command[:5] == module_command("agent", "train")
+    assert values(agent.command, "--run") == [str(Path("run").resolve())]
+    assert values(agent.command, "--render") == ["ipc:///tmp/v/render-0"]
+    assert values(agent.command, "--perception") == ["ipc:///tmp/v/perception-0"]
+
+
+def test_every_process_is_told_its_name_and_where_to_register():
+    workers = worker_launches(RunConfig(), CONFIG, SOCKETS)
+    agents = (
+        training_launch(Path("run"), workers, SOCKETS),
+        evaluation_launch(Path("run"), workers, SOCKETS, Evaluate()),
     )
+    for launch in (*workers, *agents):
+        assert values(launch.command, "--name") == [launch.name]
+        assert values(launch.command, "--orchestrator") == ["ipc:///tmp/v/orchestrator"]
+
+
+def test_a_run_has_the_same_commands_from_wherever_the_orchestrator_is_called(tmp_path, monkeypatch):
+    def commands() -> list[tuple[str, ...]]:
+        run = Path("../run") if Path.cwd() == tmp_path / "inside" else Path("run")
+        workers = worker_launches(RunConfig(), run / "config.toml", SOCKETS)
+        return [launch.command for launch in (*workers, training_launch(run, workers, SOCKETS))]
+
+    (tmp_path / "inside").mkdir()
+    monkeypatch.chdir(tmp_path)
+    outside = commands()
+    monkeypatch.chdir(tmp_path / "inside")
+    assert commands() == outside
 
 
 def test_an_evaluation_is_as_configured_unless_told_otherwise():
     workers = worker_launches(RunConfig(), CONFIG, SOCKETS)
-    plain = evaluation_launch(Path("run"), workers, Evaluate())
-    told = evaluation_launch(Path("run"), workers, Evaluate(episodes=5, policies=("stay", "random")))
+    plain = evaluation_launch(Path("run"), workers, SOCKETS, Evaluate())
+    told = evaluation_launch(Path("run"), workers, SOCKETS, Evaluate(episodes=5, policies=("stay", "random")))
     assert values(plain.command, "--policy") == values(plain.command, "--episodes") == []
     assert values(told.command, "--policy") == ["stay", "random"]
     assert values(told.command, "--episodes") == ["5"]

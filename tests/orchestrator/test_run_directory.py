@@ -22,7 +22,7 @@ def progress(step: int) -> bytes:
 
 
 def test_a_new_run_has_its_configuration_its_versions_and_a_place_for_logs(run):
-    assert sorted(path.name for path in run.path.iterdir()) == ["config.toml", "logs", "versions.json"]
+    assert sorted(path.name for path in run.path.iterdir()) == ["config.toml", "logs", "plan.json", "versions.json"]
     assert msgspec.json.decode((run.path / "versions.json").read_bytes())["environment"] == {"OMP_NUM_THREADS": "1"}
 
 

@@ -25,7 +25,7 @@ def record_of(process: WorkerProcess) -> ProcessRecord:
 
 @pytest.fixture
 def worker(tmp_path, worker_launch):
-    process = WorkerProcess(worker_launch("serves_nothing"), tmp_path / "log.jsonl", {})
+    process = WorkerProcess.start(worker_launch("serves_nothing"), tmp_path / "log.jsonl", {})
     yield process
     process.kill()
     process.wait(30.0)

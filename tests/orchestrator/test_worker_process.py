@@ -10,7 +10,7 @@ from protocol.messages import Role
 
 
 def started(launch: Launch, folder, environment=None) -> WorkerProcess:
-    return WorkerProcess(launch, folder / f"{launch.name}.jsonl", environment or {})
+    return WorkerProcess.start(launch, folder / f"{launch.name}.jsonl", environment or {})
 
 
 def test_what_a_process_writes_goes_to_its_log(tmp_path, python_launch):

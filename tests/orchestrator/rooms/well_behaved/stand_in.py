@@ -1,13 +1,18 @@
 """What the stand-ins share: command lines like the real rooms', and made-up answers."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 
+from protocol import Handlers, Timeouts, serve
 from protocol.camera import Camera, project
+from protocol.config import load_config
+from protocol.enrolment import Enrolment
 from protocol.frame import Frame
-from protocol.messages import Perceive, Render, Sampled, SampleScene
+from protocol.logs import configure
+from protocol.messages import Perceive, Render, Role, Sampled, SampleScene
 from protocol.observation import FilterState, Observation
 from protocol.scene import Arm, BodyPose, Scene, Sun
 
@@ -15,9 +20,24 @@ from protocol.scene import Arm, BodyPose, Scene, Sun
 def worker_options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser = argparse.ArgumentParser()
     parser.add_argument("--bind", required=True)
-    parser.add_argument("--config")
+    parser.add_argument("--config", type=Path)
     parser.add_argument("--render", action="append")
+    parser.add_argument("--orchestrator")
+    parser.add_argument("--name")
     return parser.parse_args(arguments)
+
+
+def run_worker(role: Role, start: Callable[[], Handlers]) -> None:
+    """Serve as the real rooms do."""
+    configure(role)
+    options = worker_options()
+    serve(
+        start,
+        role=role,
+        bind=options.bind,
+        timeouts=Timeouts.from_config(load_config(options.config).timeouts),
+        membership=Enrolment(options.orchestrator, options.name) if options.orchestrator else None,
+    )
 
 
 def sample(request: SampleScene) -> Sampled:

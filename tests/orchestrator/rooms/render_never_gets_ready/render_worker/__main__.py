@@ -1,8 +1,8 @@
 import time
 
-from stand_in import worker_options
+from stand_in import run_worker
 
-from protocol import Handlers, serve
+from protocol import Handlers
 from protocol.messages import Role
 
 
@@ -11,4 +11,4 @@ def start_for_ever() -> Handlers:
     return {}
 
 
-serve(start_for_ever, role=Role.RENDER, bind=worker_options().bind)
+run_worker(Role.RENDER, start_for_ever)

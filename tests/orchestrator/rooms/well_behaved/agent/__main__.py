@@ -1,41 +1,78 @@
 import argparse
 import logging
+import os
 import signal
+import sys
 import time
+from contextlib import ExitStack
 from pathlib import Path
 from types import FrameType
 
 import msgspec
 
-from protocol import Pool
+from protocol import Pool, Timeouts
 from protocol.config import RunConfig, load_config
+from protocol.errors import CallFailed, VantageError
+from protocol.exit_code import exit_code_of
+from protocol.incarnation import new_incarnation
 from protocol.logs import configure
-from protocol.messages import Role, SampleScene
+from protocol.membership import Membership
+from protocol.messages import Role, SampleScene, State, WorkerRecord
 from protocol.records import Evaluation, Interval, PolicyScore, Progress, Summary
 
 STEP_SECONDS = 0.01
+CALL_SECONDS = 2.0
 
 
 class Flight:
-    """Ends early on SIGTERM, as the real agent does."""
+    """Ends early on SIGTERM or as an orphan, as the real agent does."""
 
     def __init__(self) -> None:
         self.stopped = False
         signal.signal(signal.SIGTERM, self._stop)
 
-    def _stop(self, _number: int, _frame: FrameType | None) -> None:
+    def stop(self) -> None:
         self.stopped = True
 
+    def _stop(self, _number: int, _frame: FrameType | None) -> None:
+        self.stop()
 
-def train(run: Path, config: RunConfig, render: Pool) -> None:
-    flight, steps, began = Flight(), config.training.steps, time.time()
-    logging.getLogger(__name__).warning("nothing will be learned")
-    step = 0
+
+def checkpoint(run: Path, step: int) -> None:
+    aside = run / ".checkpoint"
+    aside.write_text(str(step))
+    aside.replace(run / "checkpoint")
+
+
+def steps_done(run: Path) -> int:
+    try:
+        return int((run / "checkpoint").read_text())
+    except FileNotFoundError:
+        return 0
+
+
+def looked_at(step: int, render: Pool, flight: Flight) -> bool:
+    """Have a step's scene drawn; False where nobody did and we are to end."""
+    while True:
+        try:
+            render.call(SampleScene(seed=step, split="train"), deadline=CALL_SECONDS)
+        except CallFailed:
+            if flight.stopped:
+                return False
+        else:
+            return True
+
+
+def train(run: Path, config: RunConfig, render: Pool, flight: Flight) -> None:
+    steps, began, step = config.training.steps, time.time(), steps_done(run)
+    logging.getLogger(__name__).warning("nothing will be learned, from step %d on", step)
     with (run / "progress.jsonl").open("ab", buffering=0) as progress:
         while step < steps and not flight.stopped:
-            render.call(SampleScene(seed=step, split="train"))
+            if not looked_at(step, render, flight):
+                break
             time.sleep(STEP_SECONDS)
             step += 1
+            checkpoint(run, step)
             record = Progress(
                 time=time.time(), phase="training", step=step, steps=steps, episodes=step, steps_per_second=100.0
             )
@@ -50,6 +87,7 @@ def train(run: Path, config: RunConfig, render: Pool) -> None:
         stages={"render": 0.05, "infer": 0.06},
         late_replies=0,
         retries=0,
+        complete=step >= steps,
     )
     (run / "summary.json").write_bytes(msgspec.json.encode(summary))
 
@@ -72,22 +110,53 @@ def evaluate(run: Path, config: RunConfig, policies: list[str] | None, episodes:
     (run / "evaluation.json").write_bytes(msgspec.json.encode(evaluation))
 
 
-def main() -> None:
+def parsed_options() -> argparse.Namespace:
     parser = argparse.ArgumentParser()
     parser.add_argument("activity", choices=["train", "evaluate"])
     parser.add_argument("--run", type=Path, required=True)
     parser.add_argument("--render", action="append", required=True)
     parser.add_argument("--perception", action="append", required=True)
+    parser.add_argument("--orchestrator")
+    parser.add_argument("--name")
     parser.add_argument("--policy", action="append")
     parser.add_argument("--episodes", type=int)
-    options = parser.parse_args()
+    return parser.parse_args()
+
+
+def record_of(name: str) -> WorkerRecord:
+    return WorkerRecord(
+        role=Role.AGENT, address="", incarnation=INCARNATION, state=State.BUSY, name=name, pid=os.getpid()
+    )
+
+
+INCARNATION = new_incarnation()
+
+
+def main() -> None:
+    options = parsed_options()
     configure("agent")
     config = load_config(options.run / "config.toml")
-    if options.activity == "evaluate":
-        evaluate(options.run, config, options.policy, options.episodes)
-        return
-    with Pool(options.render, role=Role.AGENT, serves=Role.RENDER) as render:
-        train(options.run, config, render)
+    timeouts = Timeouts.from_config(config.timeouts)
+    flight = Flight()
+    with ExitStack() as stack:
+        if options.orchestrator:
+            stack.enter_context(
+                Membership(
+                    options.orchestrator,
+                    describe=lambda: record_of(options.name),
+                    on_orphaned=flight.stop,
+                    timeouts=timeouts,
+                )
+            )
+        if options.activity == "evaluate":
+            evaluate(options.run, config, options.policy, options.episodes)
+            return
+        render = stack.enter_context(Pool(options.render, role=Role.AGENT, serves=Role.RENDER, timeouts=timeouts))
+        train(options.run, config, render, flight)
 
 
-main()
+try:
+    main()
+except VantageError as error:
+    logging.getLogger(__name__).error("%s", error)
+    sys.exit(exit_code_of(error))

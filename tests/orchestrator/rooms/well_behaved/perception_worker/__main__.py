@@ -1,8 +1,5 @@
-from stand_in import perceive, worker_options
+from stand_in import perceive, run_worker
 
-from protocol import serve
-from protocol.logs import configure
 from protocol.messages import Perceive, Role
 
-configure("perception")
-serve(lambda: {Perceive: perceive}, role=Role.PERCEPTION, bind=worker_options().bind)
+run_worker(Role.PERCEPTION, lambda: {Perceive: perceive})

@@ -1,8 +1,5 @@
-from stand_in import render, sample, worker_options
+from stand_in import render, run_worker, sample
 
-from protocol import serve
-from protocol.logs import configure
 from protocol.messages import Render, Role, SampleScene
 
-configure("render")
-serve(lambda: {SampleScene: sample, Render: render}, role=Role.RENDER, bind=worker_options().bind)
+run_worker(Role.RENDER, lambda: {SampleScene: sample, Render: render})

@@ -1,0 +1,139 @@
+"""A hold on a running process: our own child, or one that an earlier orchestrator started."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Protocol
+
+import psutil
+
+POLL = 0.02
+
+
+class ProcessHandle(Protocol):
+    """What can be asked of a process, whoever started it."""
+
+    @property
+    def pid(self) -> int:
+        """Its number."""
+        ...
+
+    @property
+    def started(self) -> float:
+        """Its creation as the system tells it, in seconds since 1970: the same for whoever asks, right to a second."""
+        ...
+
+    @property
+    def began(self) -> float:
+        """When it began, in seconds since 1970; at worst a second late: what was there before was not made by it."""
+        ...
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it still runs; false also for one that has ended and is not yet buried."""
+        ...
+
+    @property
+    def exit_code(self) -> int | None:
+        """Negative where a signal ended it; None while it runs, and for ever where only its parent is told."""
+        ...
+
+    def wait(self, seconds: float) -> bool:
+        """Whether it ended within `seconds`."""
+        ...
+
+
+class Child:
+    """A process that we started, at the head of a process group of its own.
+
+    Raises:
+        OSError: the system would not start it.
+    """
+
+    def __init__(self, command: Sequence[str], log: Path, environment: Mapping[str, str]) -> None:
+        self.began = time.time()
+        with log.open("ab") as output:
+            self._child = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=output,
+                env={**os.environ, **environment},
+                process_group=0,
+            )
+        self.pid = self._child.pid
+        self.started = _creation_time(self.pid)
+
+    @property
+    def is_running(self) -> bool:
+        """See `ProcessHandle`."""
+        return self._child.poll() is None
+
+    @property
+    def exit_code(self) -> int | None:
+        """See `ProcessHandle`."""
+        return self._child.poll()
+
+    def wait(self, seconds: float) -> bool:
+        """See `ProcessHandle`."""
+        try:
+            self._child.wait(max(0.0, seconds))
+        except subprocess.TimeoutExpired:
+            return False
+        return True
+
+
+class Foundling:
+    """A process that is not our child: the system tells its exit code to its parent alone."""
+
+    exit_code = None
+
+    def __init__(self, process: psutil.Process) -> None:
+        self._process = process
+        self.pid = process.pid
+        self.started = _creation_time(process.pid)
+        # The system counts from the second in which it was booted.
+        self.began = self.started + 1.0
+
+    @property
+    def is_running(self) -> bool:
+        """See `ProcessHandle`."""
+        try:
+            # A process of the same number that came later is not taken for it: psutil compares their creation.
+            return self._process.is_running() and self._process.status() != psutil.STATUS_ZOMBIE
+        except psutil.NoSuchProcess:
+            return False
+
+    def wait(self, seconds: float) -> bool:
+        """See `ProcessHandle`."""
+        deadline = time.monotonic() + seconds
+        while self.is_running:
+            if time.monotonic() >= deadline:
+                return False
+            time.sleep(POLL)
+        return True
+
+
+def send_signal(process: ProcessHandle, number: signal.Signals) -> None:
+    """Signal a process, if it runs."""
+    if process.is_running:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(process.pid, number)
+
+
+def kill_group(process: ProcessHandle) -> None:
+    """SIGKILL to a process and whatever it started."""
+    if process.is_running:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+def _creation_time(pid: int) -> float:
+    try:
+        return psutil.Process(pid).create_time()
+    except psutil.NoSuchProcess:
+        return 0.0

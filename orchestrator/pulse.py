@@ -1,0 +1,113 @@
+"""What is known of a running process: a worker tells when it is pinged, an agent by registering and by its progress."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+from orchestrator.heartbeat import NOT_RUNNING, RUNNING, Health, Heartbeat
+from orchestrator.registry import Registry
+from orchestrator.run_directory import ProcessRecord
+from orchestrator.watch import Vitals
+from orchestrator.worker_process import WorkerProcess
+from protocol.messages import Pong, State
+from protocol.records import Progress
+from protocol.timeouts import Timeouts
+
+
+class Pulse(Protocol):
+    """Takes what a process lets us know; never waits for it."""
+
+    def vitals(self, *, waiting: bool) -> Vitals:
+        """What is known now; `waiting` where what the process depends on does not work.
+
+        Raises:
+            VersionMismatch, WrongRole: it is not one to talk to.
+        """
+        ...
+
+    def health(self) -> Health:
+        """For people, as of the last `vitals`."""
+        ...
+
+    def close(self) -> None:
+        """Let go of it."""
+        ...
+
+
+class WorkerPulse:
+    """A worker's: its answers to our pings."""
+
+    def __init__(self, process: ProcessRecord, timeouts: Timeouts) -> None:
+        self._heartbeat = Heartbeat(process, timeouts, unheard=State.STARTING.value)
+        self._health = self._heartbeat.beat()
+
+    @property
+    def pong(self) -> Pong | None:
+        """Its last answer; None before the first."""
+        return self._heartbeat.pong
+
+    def vitals(self, *, waiting: bool) -> Vitals:
+        """See `Pulse`."""
+        self._health = self._heartbeat.beat()
+        self._heartbeat.check()
+        ready, pong = self._heartbeat.is_ready, self._heartbeat.pong
+        return Vitals(
+            ready=ready,
+            # While it imports and loads, Python may well keep the thread that answers from running.
+            expected=ready,
+            heard=self._heartbeat.heard,
+            progress=pong.progress if pong else 0.0,
+            busy=pong is not None and pong.queue_depth > 0,
+            waiting=waiting,
+        )
+
+    def health(self) -> Health:
+        """See `Pulse`."""
+        return self._health
+
+    def drain(self) -> None:
+        """Have it finish what is in hand and end."""
+        self._heartbeat.drain()
+
+    def close(self) -> None:
+        """See `Pulse`."""
+        self._heartbeat.close()
+
+
+class AgentPulse:
+    """An agent's: it serves nothing, but registers at every heartbeat and writes down how far it is."""
+
+    def __init__(
+        self, process: WorkerProcess, registry: Registry | None, progress: Callable[[], Progress | None]
+    ) -> None:
+        self._process = process
+        self._registry = registry
+        self._progress = progress
+        self._heard: float | None = None
+
+    def vitals(self, *, waiting: bool) -> Vitals:
+        """See `Pulse`."""
+        process, progress = self._process, self._progress()
+        if self._registry is not None:
+            self._heard = self._registry.heard(process.name, process.pid) or self._heard
+        # What an earlier agent wrote last says nothing of this one.
+        begun = progress is not None and progress.time >= process.began
+        return Vitals(
+            ready=begun,
+            expected=self._heard is not None,
+            heard=self._heard,
+            progress=progress.time if progress and begun else 0.0,
+            busy=begun,
+            waiting=waiting,
+        )
+
+    def health(self) -> Health:
+        """See `Pulse`."""
+        return Health(name=self._process.name, role=self._process.launch.role, pid=self._process.pid, state=RUNNING)
+
+    def close(self) -> None:
+        """See `Pulse`."""
+
+
+def ended(process: ProcessRecord) -> Health:
+    """The health of a process that is gone."""
+    return Health(name=process.name, role=process.role, pid=process.pid, state=NOT_RUNNING)

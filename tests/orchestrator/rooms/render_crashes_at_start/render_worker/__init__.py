@@ -1,0 +1,1 @@
+"""Says its last words and crashes, each time."""

@@ -1,0 +1,10 @@
+import logging
+import os
+import resource
+
+from protocol.logs import configure
+
+configure("render")
+logging.getLogger(__name__).error("out of paint")
+resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+os.abort()
