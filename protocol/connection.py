@@ -301,6 +301,8 @@ class Connection:
         reply = self._decode(envelope)
         if call is not None:
             self._fit_window(reply)
+            # Not for the pulse, which counts heartbeats: a caller may ask as often as it likes.
+            self.health = reply if isinstance(reply, Pong) else self.health
             return Answer(call, reply, header)
         self._asked.discard(header.request)
         if isinstance(reply, Pong):

@@ -23,8 +23,8 @@ def start(address: str) -> Iterator[Callable[..., subprocess.Popen[bytes]]]:
     """Start a program of `workers/` at the address; all are gone after the test."""
     started: list[subprocess.Popen[bytes]] = []
 
-    def start(name: str, at: str = address) -> subprocess.Popen[bytes]:
-        process = subprocess.Popen([sys.executable, WORKERS / f"{name}.py", at], stderr=subprocess.DEVNULL)
+    def start(name: str, at: str = address, *more: str) -> subprocess.Popen[bytes]:
+        process = subprocess.Popen([sys.executable, WORKERS / f"{name}.py", at, *more], stderr=subprocess.DEVNULL)
         started.append(process)
         return process
 

@@ -5,7 +5,7 @@ import time
 
 from scenes import scene_for
 
-from protocol import serve
+from protocol import Timeouts, serve
 from protocol.logs import configure
 from protocol.messages import Role, Sampled, SampleScene
 
@@ -16,4 +16,4 @@ def sample(request: SampleScene) -> Sampled:
 
 
 configure("render")
-serve(lambda: {SampleScene: sample}, role=Role.RENDER, bind=sys.argv[1])
+serve(lambda: {SampleScene: sample}, role=Role.RENDER, bind=sys.argv[1], timeouts=Timeouts(heartbeat=0.05))

@@ -3,7 +3,7 @@
 import sys
 import time
 
-from protocol import Handlers, serve
+from protocol import Handlers, Timeouts, serve
 from protocol.logs import configure
 from protocol.messages import Role
 
@@ -14,4 +14,4 @@ def start() -> Handlers:
 
 
 configure("render")
-serve(start, role=Role.RENDER, bind=sys.argv[1])
+serve(start, role=Role.RENDER, bind=sys.argv[1], timeouts=Timeouts(heartbeat=0.05))

@@ -1,0 +1,158 @@
+"""A worker is registered while it serves, and ends by itself once it is an orphan."""
+
+import os
+import signal
+import threading
+from collections.abc import Callable
+
+import pytest
+
+from protocol import Handlers, Pool, Timeouts, serve
+from protocol.enrolment import Enrolment
+from protocol.errors import AddressUnavailable
+from protocol.messages import Drain, Role, SampleScene, State
+from tests.protocol.calls import PATIENT, ask, client_of
+from tests.protocol.registry import Registry, record
+from tests.protocol.serving import SCENES, serving
+from tests.protocol.waiting import wait_until
+from tests.protocol.workers.scenes import scene_for
+
+LONG = Timeouts(call=20.0, heartbeat=0.02, grace=60.0)
+BRIEF = Timeouts(call=20.0, heartbeat=0.02, liveness=0.1, grace=0.3)
+
+
+@pytest.fixture
+def orchestrator(address) -> str:
+    return f"{address}-orchestrator"
+
+
+@pytest.fixture
+def registry(orchestrator):
+    kept = Registry()
+    with serving(orchestrator, kept.handlers(), role=Role.ORCHESTRATOR):
+        yield kept
+
+
+def serving_thread(
+    address: str, load: Callable[[], Handlers], membership: Enrolment, timeouts: Timeouts
+) -> threading.Thread:
+    """A worker that ends when it is told to, by whomever."""
+    options = {"role": Role.RENDER, "bind": address, "membership": membership, "timeouts": timeouts}
+    thread = threading.Thread(target=serve, args=(load,), kwargs=options, daemon=True)
+    thread.start()
+    return thread
+
+
+def test_a_worker_is_registered_in_every_state_of_its_life(address, orchestrator, registry):
+    may_load, may_answer = threading.Event(), threading.Event()
+
+    def load():
+        may_load.wait(20)
+        return {SampleScene: sample}
+
+    def sample(request: SampleScene):
+        may_answer.wait(20)
+        return scene_for(request.seed)
+
+    def state() -> State | None:
+        known = registry.table.get("render-3")
+        return known and known.state
+
+    worker = serving_thread(address, load, Enrolment(orchestrator, "render-3"), LONG)
+    with client_of(address) as client:
+        wait_until(lambda: state() is State.STARTING)
+        may_load.set()
+        wait_until(lambda: state() is State.READY)
+        pending = client.submit(ask(1))
+        wait_until(lambda: state() is State.BUSY)
+        drained = client.submit(Drain())
+        wait_until(lambda: state() is State.DRAINING)
+        known, incarnation = registry.table["render-3"], client.ping().incarnation
+        may_answer.set()
+        assert pending.result().scene.yaw == 1
+        drained.result()
+        worker.join(20)
+    assert (known.role, known.address, known.pid) == (Role.RENDER, address, os.getpid())
+    assert known.incarnation == incarnation
+
+
+def test_a_pool_of_a_worker_follows_the_table(address, orchestrator, registry):
+    behind = f"{address}-behind"
+    registry.table["render-0"] = record("render-0", behind, Role.RENDER)
+    with (
+        serving(behind),
+        Pool([], role=Role.PERCEPTION, serves=Role.RENDER, timeouts=PATIENT) as pool,
+        serving(
+            address,
+            {SampleScene: pool.call},
+            role=Role.PERCEPTION,
+            membership=Enrolment(orchestrator, "perception-0", {Role.RENDER: pool}),
+            timeouts=LONG,
+        ),
+        client_of(address) as client,
+    ):
+        assert client.call(ask(5)).scene.yaw == 5
+
+
+def test_an_orphan_answers_what_it_has_in_hand_and_ends(address, orchestrator):
+    begun, may_answer = threading.Event(), threading.Event()
+
+    def sample(request: SampleScene):
+        begun.set()
+        may_answer.wait(20)
+        return scene_for(request.seed)
+
+    worker = serving_thread(address, lambda: {SampleScene: sample}, Enrolment(orchestrator, "render-0"), BRIEF)
+    with client_of(address) as client:
+        pending = client.submit(ask(2))
+        assert begun.wait(20)
+        wait_until(lambda: client.ping().state is State.DRAINING)
+        may_answer.set()
+        assert pending.result().scene.yaw == 2
+        worker.join(20)
+    assert not worker.is_alive()
+
+
+def test_an_orchestrator_whose_address_is_none_is_told(address):
+    with pytest.raises(AddressUnavailable):
+        serve(lambda: SCENES, role=Role.RENDER, bind=address, membership=Enrolment("nowhere", "render-0"))
+
+
+@pytest.mark.slow
+class TestOrphanedProcess:
+    def test_one_that_is_ready_ends_well(self, address, orchestrator, start):
+        registry = start("keeps_a_registry", orchestrator)
+        worker = start("joins_an_orchestrator", address, orchestrator)
+        with client_of(address) as client:
+            client.wait_ready()
+            assert client.call(ask(1)).scene.yaw == 1
+            registry.kill()
+            assert worker.wait(20) == 0
+
+    def test_one_that_still_starts_ends_well(self, address, orchestrator, start):
+        worker = start("joins_an_orchestrator", address, orchestrator, "starts for ever")
+        with client_of(address) as client:
+            assert client.ping().state is State.STARTING
+            assert worker.wait(20) == 0
+
+    def test_one_that_hangs_ends_all_the_same(self, address, orchestrator, start):
+        registry = start("keeps_a_registry", orchestrator)
+        worker = start("joins_an_orchestrator", address, orchestrator, "hangs")
+        with client_of(address) as client:
+            client.wait_ready()
+            client.submit(ask(1))
+            wait_until(lambda: client.ping().queue_depth == 1)
+            registry.kill()
+            assert worker.wait(20) == 3
+
+    def test_one_that_was_stopped_while_its_orchestrator_was_not_goes_on(self, address, orchestrator, start):
+        start("keeps_a_registry", orchestrator)
+        worker = start("joins_an_orchestrator", address, orchestrator)
+        with client_of(address) as client:
+            before = client.wait_ready()
+            worker.send_signal(signal.SIGSTOP)
+            threading.Event().wait(2.0)
+            worker.send_signal(signal.SIGCONT)
+            assert client.call(ask(1)).scene.yaw == 1
+            threading.Event().wait(0.5)
+            assert client.ping().incarnation == before.incarnation

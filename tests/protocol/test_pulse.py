@@ -1,0 +1,89 @@
+import pytest
+
+from protocol.messages import Pong, State
+from protocol.pulse import Pulse, Suspicion
+from protocol.timeouts import Timeouts
+
+TIMEOUTS = Timeouts(heartbeat=0.5, liveness=2.0, progress=3.0)
+
+
+def pong(progress: int = 0) -> Pong:
+    return Pong(incarnation="x", state=State.BUSY, progress=progress, queue_depth=1, resident_bytes=1)
+
+
+def beat(pulse: Pulse, times: int, *, progress: int = 0, holds_calls: bool = True) -> None:
+    """Ping and pong."""
+    for _ in range(times):
+        pulse.asked()
+        pulse.heard()
+        pulse.answered(pong(progress), holds_calls=holds_calls)
+
+
+def test_a_worker_is_silent_once_as_many_pings_went_unanswered_as_liveness_has_heartbeats():
+    pulse = Pulse(0.5, TIMEOUTS)
+    for _ in range(4):
+        pulse.asked()
+    assert pulse.suspicion is None
+    pulse.asked()
+    assert pulse.suspicion is Suspicion.SILENT
+
+
+def test_a_word_ends_a_silence():
+    pulse = Pulse(0.5, TIMEOUTS)
+    for _ in range(10):
+        pulse.asked()
+    pulse.heard()
+    assert pulse.suspicion is None
+
+
+@pytest.mark.parametrize(("heartbeat", "pings"), [(0.5, 4), (1.0, 2), (2.0, 2), (10.0, 2)])
+def test_a_worker_with_a_slower_heartbeat_has_more_time(heartbeat, pings):
+    pulse = Pulse(heartbeat, TIMEOUTS)
+    for _ in range(pings):
+        pulse.asked()
+    assert pulse.suspicion is None
+    pulse.asked()
+    assert pulse.suspicion is Suspicion.SILENT
+
+
+def test_a_worker_is_stuck_when_its_counter_stands_still_while_it_holds_calls():
+    pulse = Pulse(0.5, TIMEOUTS)
+    pulse.begun()
+    beat(pulse, 6)
+    assert pulse.suspicion is None
+    beat(pulse, 1)
+    assert pulse.suspicion is Suspicion.STUCK
+
+
+def test_a_slow_worker_is_not_stuck():
+    pulse = Pulse(0.5, TIMEOUTS)
+    pulse.begun()
+    for progress in range(10):
+        beat(pulse, 6, progress=progress)
+    assert pulse.suspicion is None
+
+
+def test_a_worker_that_holds_nothing_is_not_stuck():
+    pulse = Pulse(0.5, TIMEOUTS)
+    beat(pulse, 100, holds_calls=False)
+    pulse.begun()
+    beat(pulse, 5)
+    assert pulse.suspicion is None
+
+
+def test_the_clock_of_progress_begins_with_the_first_call_in_hand():
+    pulse = Pulse(0.5, TIMEOUTS)
+    for _ in range(10):
+        pulse.begun()
+        beat(pulse, 5)
+    assert pulse.suspicion is None
+
+
+def test_a_stuck_worker_stays_so_when_nobody_waits_for_it_any_more_until_it_gets_on():
+    pulse = Pulse(0.5, TIMEOUTS)
+    beat(pulse, 7)
+    beat(pulse, 10, holds_calls=False)
+    pulse.begun()
+    assert pulse.suspicion is Suspicion.STUCK
+    beat(pulse, 1, progress=1, holds_calls=False)
+    assert pulse.suspicion is None
