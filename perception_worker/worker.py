@@ -83,7 +83,7 @@ def run(
             cv2.setNumThreads(1)
             perceiver = Perceiver(open_network(perception), perception)
             renderers.wait_any_ready()
-            return PerceptionHandlers(perceiver, renderers, render_deadline=_render_deadline(timeouts)).table()
+            return PerceptionHandlers(perceiver, renderers, render_deadline=render_deadline(timeouts)).table()
 
         serve(
             start,
@@ -97,7 +97,8 @@ def run(
         )
 
 
-def _render_deadline(timeouts: Timeouts) -> float:
+def render_deadline(timeouts: Timeouts) -> float:
+    """Seconds that a frame may take to be rendered, lost workers and all."""
     return _RENDER_SHARE * min(timeouts.call, timeouts.progress)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from perception_worker.perceive import Perceiver
-from perception_worker.worker import PerceptionHandlers
+from perception_worker.worker import PerceptionHandlers, main, render_deadline
 from protocol import Client, Pool, Timeouts
 from protocol.config import PerceptionConfig
 from protocol.errors import DeadlineExceeded, InvalidInput, Rejected
@@ -18,6 +18,8 @@ from protocol.observation import FilterState
 from protocol.skeleton import Joint
 from tests.perception_worker.drawn_maps import DrawnNetwork, person
 from tests.perception_worker.workers import CAMERA, PATIENCE, SCENE, running
+from tests.protocol.registry import Registry, record
+from tests.protocol.waiting import wait_until
 from tests.serving import serving
 
 OBSERVE = Observe(scene=SCENE, camera=CAMERA, filter=FilterState.initial())
@@ -141,6 +143,19 @@ def test_one_frame_is_rendered_while_another_is_inferred(addresses):
     assert all(observation.filter.seen.all() for observation in observations)
 
 
+def test_the_command_line_needs_somebody_who_draws(capsys):
+    with pytest.raises(SystemExit) as ended_by:
+        main(["--bind", "ipc:///tmp/perception"])
+    assert ended_by.value.code == 2
+    assert "Give --render, or --orchestrator" in capsys.readouterr().err
+
+
+def test_a_renderer_that_hangs_is_told_before_its_perceiver_seems_to():
+    """Else both would be stuck for as long, and both would be killed."""
+    for timeouts in (Timeouts(call=30.0, progress=20.0), Timeouts(call=10.0, progress=20.0)):
+        assert render_deadline(timeouts) < min(timeouts.call, timeouts.progress)
+
+
 def last_error(process):
     """What the process said last, once it has ended by itself."""
     _, stderr = process.communicate(timeout=60)
@@ -192,6 +207,24 @@ class TestProcess:
             with serving({Render: render}, addresses[0], role=Role.RENDER):
                 client.wait_ready()
                 assert client.ping().state is State.READY
+
+    def test_learns_of_its_render_worker_from_the_orchestrator_and_ends_with_it(
+        self, addresses, photographer, tmp_path
+    ):
+        orchestrator, config = f"ipc://{tmp_path}/orchestrator", tmp_path / "config.toml"
+        config.write_text("[timeouts]\ngrace = 1.0\nliveness = 1.0\nheartbeat = 0.1\n")
+        registry = Registry()
+        registry.table["render-0"] = record("render-0", addresses[0], Role.RENDER)
+        arguments = "--bind", addresses[1], "--orchestrator", orchestrator, "--name", "perception-7"
+        with running("perception_worker", *arguments, "--config", config) as process:
+            with (
+                serving(registry.handlers(), orchestrator, role=Role.ORCHESTRATOR),
+                Client(addresses[1], role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENCE) as client,
+            ):
+                assert client.call(OBSERVE).filter.seen.any()
+                wait_until(lambda: registry.table["perception-7"].state is State.READY)
+            assert registry.table["perception-7"].address == addresses[1]
+            assert process.wait(20) == ExitCode.DONE
 
     def test_without_a_render_worker_ends_by_naming_its_address(self, addresses, tmp_path):
         config = tmp_path / "config.toml"

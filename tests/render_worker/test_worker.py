@@ -1,4 +1,5 @@
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -9,9 +10,14 @@ import pytest
 
 from protocol.client import Client
 from protocol.errors import Rejected
-from protocol.messages import Render, Role, SampleScene
+from protocol.exit_code import ExitCode
+from protocol.failpoint import Failpoints
+from protocol.messages import Render, Role, SampleScene, State
 from render_worker.scenes import sample_scene
 from render_worker.worker import answer_sample, main
+from tests.protocol.registry import Registry
+from tests.protocol.waiting import wait_until
+from tests.serving import serving
 
 
 def worker(*arguments: str, **environment: str) -> subprocess.Popen[str]:
@@ -99,6 +105,30 @@ def test_an_address_in_use_ends_the_second_worker(address, client):
     code, said = ended(worker("--bind", address))
     assert code == 2
     assert address in said
+
+
+@pytest.mark.slow
+def test_a_worker_registers_under_its_name_and_ends_with_its_orchestrator(tmp_path):
+    bound, orchestrator = f"ipc://{tmp_path}/render", f"ipc://{tmp_path}/orchestrator"
+    config = tmp_path / "config.toml"
+    config.write_text("[timeouts]\ngrace = 1.0\nliveness = 1.0\nheartbeat = 0.1\n")
+    registry = Registry()
+    with serving(registry.handlers(), orchestrator, role=Role.ORCHESTRATOR):
+        process = worker("--bind", bound, "--config", str(config), "--orchestrator", orchestrator, "--name", "render-1")
+        wait_until(lambda: "render-1" in registry.table and registry.table["render-1"].state is State.READY)
+    record = registry.table["render-1"]
+    assert (record.role, record.address, record.pid) == (Role.RENDER, bound, process.pid)
+    assert ended(process)[0] == ExitCode.DONE
+
+
+@pytest.mark.slow
+def test_a_failpoint_kills_the_worker_with_a_frame_in_hand(tmp_path, look_at):
+    bound = f"ipc://{tmp_path}/render"
+    Failpoints(tmp_path).order("reply-render", "kill")
+    process = worker("--bind", bound, VANTAGE_FAILPOINTS=str(tmp_path))
+    with Client(bound, role=Role.AGENT, serves=Role.RENDER) as client:
+        client.submit(SampleScene(seed=3, split="test"))
+        assert ended(process)[0] == -signal.SIGKILL
 
 
 def test_the_command_line_needs_an_address(capsys):

@@ -1,11 +1,13 @@
 """Behaves: answers with the scene whose yaw is the seed. A negative seed takes that many milliseconds first."""
 
+import os
 import sys
 import time
 
 from scenes import scene_for
 
 from protocol import Timeouts, serve
+from protocol.failpoint import failpoint_of
 from protocol.logs import configure
 from protocol.messages import Role, Sampled, SampleScene
 
@@ -16,4 +18,10 @@ def sample(request: SampleScene) -> Sampled:
 
 
 configure("render")
-serve(lambda: {SampleScene: sample}, role=Role.RENDER, bind=sys.argv[1], timeouts=Timeouts(heartbeat=0.05))
+serve(
+    lambda: {SampleScene: sample},
+    role=Role.RENDER,
+    bind=sys.argv[1],
+    timeouts=Timeouts(heartbeat=0.05),
+    failpoint=failpoint_of(os.environ),
+)
