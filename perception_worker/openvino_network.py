@@ -4,6 +4,7 @@ import threading
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 import openvino
 
 from perception_worker.network import NetworkOutput, pose_outputs
@@ -50,6 +51,9 @@ class OpenVinoNetwork:
             },
         )
         self._local = threading.local()
+        # The first look at a tensor's data initialises the binding: two threads that do so at once wait for each other
+        # for ever, Python's lock held, and the process answers no ping any more.
+        self.infer(np.zeros((3, *input_size), np.float32))
 
     def infer(self, image: Float32Array) -> NetworkOutput:
         """Run the network on an image (3, rows, columns), BGR from 0 to 255."""
