@@ -5,7 +5,6 @@ import sys
 
 import pytest
 
-
 _TWO_FIRST_FRAMES = """
 import threading
 import numpy as np
