@@ -193,7 +193,7 @@ class Training:
         except OSError as error:
             again = max(1, self._config.training.checkpoint_every // _TRIES)
             self._next_checkpoint = flown + again
-            _log.warning("no checkpoint after %d steps, trying again %d steps on: %s", flown, again, error)
+            _log.warning("no checkpoint after %d steps, trying again after %d more: %s", flown, again, error)
 
     def _plan_checkpoint(self) -> None:
         every = self._config.training.checkpoint_every
