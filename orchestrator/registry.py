@@ -93,7 +93,7 @@ def serve_registry(registry: Registry, address: str, timeouts: Timeouts) -> Gene
     Raises:
         AddressUnavailable: the address can't be served.
     """
-    bound = threading.Event()
+    bound, over = threading.Event(), threading.Event()
     failure: list[Exception] = []
 
     def start() -> Handlers:
@@ -102,8 +102,11 @@ def serve_registry(registry: Registry, address: str, timeouts: Timeouts) -> Gene
 
     def run() -> None:
         try:
-            serve(start, role=Role.ORCHESTRATOR, bind=address, timeouts=timeouts)
+            # Anybody who may call may also ask it to drain; but the processes of a run must not become orphans of that.
+            while not over.is_set():
+                serve(start, role=Role.ORCHESTRATOR, bind=address, timeouts=timeouts)
         except Exception as error:
+            _log.exception("the registry has failed")
             failure.append(error)
             bound.set()
 
@@ -115,6 +118,7 @@ def serve_registry(registry: Registry, address: str, timeouts: Timeouts) -> Gene
     try:
         yield
     finally:
+        over.set()
         _end(thread, address, timeouts)
 
 

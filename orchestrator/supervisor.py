@@ -206,9 +206,16 @@ class Supervisor:
         when = f"in {pause:g} s" if pause else "now"
         level = logging.INFO if planned else logging.WARNING
         _log.log(level, "%s; it is started again %s", reason, when, extra={"member": ward.name, "planned": planned})
-        self._on_restart(Restart(time=self._wall_clock(), process=ward.name, reason=reason, planned=planned))
+        self._note(Restart(time=self._wall_clock(), process=ward.name, reason=reason, planned=planned))
         if not pause:
             self._begin(ward)
+
+    def _note(self, restart: Restart) -> None:
+        try:
+            self._on_restart(restart)
+        except OSError as error:
+            # A full disk may be the very reason of the restart.
+            _log.warning("a restart can't be written down: %s", error)
 
     def _recycle(self) -> None:
         """Replace a worker that has grown or worked enough; one after the other, while all the others can work."""

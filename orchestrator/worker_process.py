@@ -102,10 +102,15 @@ class WorkerProcess:
 
     def obituary(self) -> str:
         """How it ended, in a sentence with its last words and where to read on."""
-        words = self.last_words()
-        said = f": {words}" if words else " without a word"
         end = "has ended" if self.exit_code is None and not self.is_running else ending(self.exit_code)
-        return f"{self.name} {end}{said} (log: {self.log})"
+        return f"{self.name} {end}{self._quote()} (log: {self.log})"
+
+    def _quote(self) -> str:
+        if self.exit_code == -signal.SIGKILL:
+            # Who is killed has no time for words; what it happened to say last is no reason.
+            return ""
+        words = self.last_words()
+        return f": {words}" if words else " without a word"
 
 
 def ending(exit_code: int | None) -> str:

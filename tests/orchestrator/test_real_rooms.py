@@ -1,9 +1,13 @@
 """The command with the rooms that it is made for: real renders, the real network, a learning agent."""
 
 import json
+import os
+import signal
 
 import cv2
 import pytest
+
+from orchestrator.run_directory import RunDirectory
 
 pytestmark = pytest.mark.slow
 
@@ -51,6 +55,32 @@ def test_a_training_on_real_renders_ends_with_its_evaluation(orchestrator):
         "evaluation.json",
     }
     assert list(orchestrator.temporary.glob("vantage-*")) == []
+
+
+def test_a_real_training_goes_on_after_a_worker_the_agent_and_the_orchestrator_were_killed(orchestrator, wait_until):
+    (orchestrator.folder / "tiny.toml").write_text(TINY.replace("steps = 16\n", "steps = 40\ncheckpoint_every = 8\n"))
+    child = orchestrator.start("train", "tiny.toml", "--run", "tiny", "--no-evaluate", rooms=None)
+    run = RunDirectory(orchestrator.folder / "tiny")
+
+    def steps_trained() -> int:
+        progress = run.progress()
+        return progress.step if progress and progress.phase == "training" else 0
+
+    def kill(name: str) -> None:
+        os.kill(next(process.pid for process in run.processes() if process.name == name), signal.SIGKILL)
+
+    wait_until(lambda: run.progress() is not None)
+    kill("render-0")
+    wait_until(lambda: steps_trained() >= 8)
+    kill("agent")
+    wait_until(lambda: len(run.restarts()) == 2)
+    child.kill()
+    child.communicate(timeout=PATIENCE)
+    done = orchestrator.run("resume", "tiny", "--json", rooms=None, patience=PATIENCE)
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert (report["steps"], report["restarts"], report["evaluation"]) == (40, {"agent": 1, "render-0": 1}, None)
+    assert orchestrator.alive() == set()
 
 
 def test_a_page_of_a_real_scene_has_people_and_colours(orchestrator):

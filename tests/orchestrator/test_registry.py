@@ -6,7 +6,7 @@ from orchestrator.registry import Registry, serve_registry
 from protocol.client import Client
 from protocol.errors import AddressUnavailable
 from protocol.membership import Membership
-from protocol.messages import Lookup, Register, Role, State, WorkerRecord
+from protocol.messages import Drain, Lookup, Register, Role, State, WorkerRecord
 from protocol.timeouts import Timeouts
 
 LIVENESS = 5.0
@@ -103,6 +103,15 @@ def test_a_member_registers_and_learns_of_others_over_the_wire(tmp_path_factory)
         assert membership.lookup(Role.RENDER) == (worker(),)
         with Client(address, role=Role.AGENT, serves=Role.ORCHESTRATOR) as client:
             assert client.call(Lookup(role=Role.RENDER)).workers == (worker(),)
+
+
+def test_a_stranger_that_asks_it_to_drain_does_not_end_it(tmp_path_factory):
+    address = f"ipc://{tmp_path_factory.mktemp('s')}/orchestrator"
+    registry, timeouts = Registry(LIVENESS), Timeouts()
+    with serve_registry(registry, address, timeouts), Client(address, role=Role.AGENT) as client:
+        client.call(Drain())
+        client.call(Register(worker=worker()))
+        assert names(registry) == ["render-0"]
 
 
 def test_an_address_that_cant_be_served_is_told(tmp_path_factory):

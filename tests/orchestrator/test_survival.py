@@ -104,6 +104,17 @@ def test_an_orchestrator_that_was_stopped_for_a_while_takes_nobody_for_hung(rehe
     assert finished(child)["restarts"] == {}
 
 
+@pytest.mark.slow
+def test_an_orchestrator_that_was_stopped_until_all_had_ended_starts_them_again(rehearsal):
+    child = rehearsal.train(steps=600, grace=1.0)
+    os.kill(child.pid, signal.SIGSTOP)
+    rehearsal.wait_until(lambda: rehearsal.command.alive() == {child.pid})
+    os.kill(child.pid, signal.SIGCONT)
+    report = finished(child)
+    assert (report["steps"], set(report["restarts"])) == (600, {"render-0", "perception-0", "agent"})
+
+
+@pytest.mark.slow
 def test_a_killed_orchestrators_processes_are_taken_up_and_brought_to_the_end(rehearsal):
     rehearsal.kill(rehearsal.train(steps=300))
     before = {process.name: process.pid for process in rehearsal.run.processes()}

@@ -47,6 +47,14 @@ def test_a_crash_is_quoted_by_its_last_line(tmp_path, python_launch):
     assert process.last_words() == "RuntimeError: no such luck"
 
 
+def test_who_was_killed_had_no_last_words(tmp_path, python_launch, wait_until):
+    process = started(python_launch("import time; print('all is well', flush=True); time.sleep(600)"), tmp_path)
+    wait_until(lambda: process.last_words() is not None)
+    process.kill()
+    assert process.wait(30.0)
+    assert process.obituary() == f"render-0 was killed by SIGKILL (log: {process.log})"
+
+
 def test_long_last_words_are_cut(tmp_path, python_launch):
     process = started(python_launch("print('x' * 10_000)"), tmp_path)
     assert process.wait(30.0)
