@@ -300,9 +300,7 @@ class Connection:
             return None
         reply = self._decode(envelope)
         if call is not None:
-            self._fit_window(reply)
-            # Not for the pulse, which counts heartbeats: a caller may ask as often as it likes.
-            self.health = reply if isinstance(reply, Pong) else self.health
+            self._note(call, reply)
             return Answer(call, reply, header)
         self._asked.discard(header.request)
         if isinstance(reply, Pong):
@@ -315,6 +313,15 @@ class Connection:
         self.health = pong
         self._pulse.answered(pong, holds_calls=bool(self.outstanding))
         self._judge()
+
+    def _note(self, call: Call, reply: Reply | ProtocolError) -> None:
+        """What the answer to a call tells of the worker."""
+        self._fit_window(reply)
+        if isinstance(reply, Pong):
+            # Not for the pulse, which counts heartbeats: a caller may ask as often as it likes.
+            self.health = reply
+        elif isinstance(reply, call.reply):
+            self._pulse.moved()
 
     def _fit_window(self, reply: Reply | ProtocolError) -> None:
         """Send no more than the worker takes, and try one more each time all of it was answered."""

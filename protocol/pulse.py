@@ -51,6 +51,10 @@ class Pulse:
         elif holds_calls or self._is_stuck:
             self._unmoved += 1
 
+    def moved(self) -> None:
+        """It answered a call, which tells as much as its counter."""
+        self._unmoved = 0
+
     def begun(self) -> None:
         """It was given the first call after it held none."""
         if not self._is_stuck:

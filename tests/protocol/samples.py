@@ -54,7 +54,12 @@ SCENE = Scene(
 )
 
 RECORD = WorkerRecord(
-    role=Role.RENDER, address="ipc:///run/render-1", incarnation="0011223344556677", state=State.READY
+    role=Role.RENDER,
+    address="ipc:///run/render-1",
+    incarnation="0011223344556677",
+    state=State.READY,
+    name="render-1",
+    pid=4711,
 )
 
 

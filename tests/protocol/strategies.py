@@ -87,7 +87,9 @@ filter_state = st.builds(
     FilterState, mean=floats64(18, 3), variance=floats64(18, 3), process_noise=floats64(18), seen=flags
 )
 role = st.sampled_from(Role)
-record = st.builds(WorkerRecord, role=role, address=name, incarnation=name, state=st.sampled_from(State))
+record = st.builds(
+    WorkerRecord, role=role, address=name, incarnation=name, state=st.sampled_from(State), name=name, pid=count
+)
 
 
 @st.composite

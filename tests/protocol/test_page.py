@@ -11,8 +11,10 @@ from protocol import Limits
 from protocol.array_part import ELEMENT_TYPES
 from protocol.catalogue import reply_type
 from protocol.errors import Rejected
+from protocol.exit_code import ExitCode
 from protocol.message import Request
-from protocol.messages import MESSAGE_NUMBERS, Render, Role
+from protocol.messages import MESSAGE_NUMBERS, Render, Role, WorkerRecord
+from protocol.timeouts import DEFAULT_TIMEOUTS
 from tests.protocol.calls import ask, client_of
 from tests.protocol.samples import CAMERA, SCENE
 
@@ -38,6 +40,21 @@ def test_the_page_lists_every_element_type():
 
 def test_the_page_lists_every_limit():
     assert all(f"`{name}`" in PAGE for name in Limits.__struct_fields__)
+
+
+def test_the_page_lists_every_field_of_a_worker_s_record():
+    (listed,) = re.findall(r"`workers` \[\{(.*?)\}\]", PAGE)
+    assert re.findall(r"`(\w+)`", listed) == list(WorkerRecord.__struct_fields__)
+
+
+def test_the_page_has_the_clocks_defaults():
+    clocks = re.findall(r"^\| \w+, `timeouts\.(\w+)`, (\d+) s \|", PAGE, re.MULTILINE)
+    assert clocks == [(name, f"{getattr(DEFAULT_TIMEOUTS, name):g}") for name in ("startup", "liveness", "progress")]
+
+
+def test_the_page_lists_every_exit_code():
+    section = PAGE.partition("## How a process ends")[2].partition("\n## ")[0]
+    assert re.findall(r"^\| (\d) \|", section, re.MULTILINE) == [str(int(code)) for code in ExitCode]
 
 
 @pytest.mark.slow

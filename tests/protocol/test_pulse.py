@@ -63,6 +63,15 @@ def test_a_slow_worker_is_not_stuck():
     assert pulse.suspicion is None
 
 
+def test_a_worker_that_answers_and_does_not_count_is_not_stuck():
+    pulse = Pulse(0.5, TIMEOUTS)
+    pulse.begun()
+    for _ in range(10):
+        beat(pulse, 5)
+        pulse.moved()
+    assert pulse.suspicion is None
+
+
 def test_a_worker_that_holds_nothing_is_not_stuck():
     pulse = Pulse(0.5, TIMEOUTS)
     beat(pulse, 100, holds_calls=False)
