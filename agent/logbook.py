@@ -44,7 +44,7 @@ class Logbook:
         self._policy = policy
         self._steps = steps
         self._step = done
-        self._pace = Pace(self._clocks.steady)
+        self._pace = Pace(self._clocks.steady, done)
         self._written = self._clocks.steady()
 
     def enter(self, drones: int, infos: Mapping[str, Any], learned: Mapping[str, float], learning: float) -> None:

@@ -8,11 +8,15 @@ _WINDOW = 10.0
 
 
 class Pace:
-    """Counts steps against a clock in seconds."""
+    """Counts steps against a clock in seconds.
 
-    def __init__(self, clock: Callable[[], float]) -> None:
+    Args:
+        done: steps done before, in no time that is known.
+    """
+
+    def __init__(self, clock: Callable[[], float], done: int = 0) -> None:
         self._clock = clock
-        self._marks = deque([(clock(), 0)])
+        self._marks = deque([(clock(), done)])
 
     def reached(self, step: int) -> None:
         """Note how many steps are done in all."""

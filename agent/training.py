@@ -138,6 +138,7 @@ class Training:
         """Let a policy fly for at least so many environment steps, and the learner learn from it; whether it did."""
         _log.info("%s: %d of %d steps", self._phase, self._done, steps)
         self._logbook.begin(self._phase, name, steps, done=self._done)
+        self._logbook.write_progress()
         while self._done < steps and not self._stop():
             begun = self._clocks.steady()
             self._step(policy)

@@ -21,3 +21,10 @@ def test_the_pace_is_that_of_the_last_seconds() -> None:
         done += 40
         pace.reached(done)
     assert pace.steps_per_second == pytest.approx(40.0)
+
+
+def test_steps_that_an_earlier_process_has_done_are_no_pace() -> None:
+    pace = Pace(itertools.count(0.0, 1.0).__next__, done=1000)
+    assert pace.steps_per_second == 0.0
+    pace.reached(1004)
+    assert pace.steps_per_second == pytest.approx(4.0)
