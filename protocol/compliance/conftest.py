@@ -1,0 +1,113 @@
+"""Connections to the worker under test, and in which order its rules are tried."""
+
+from collections.abc import Callable, Generator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TypeAlias
+
+import pytest
+import zmq
+
+from protocol.compliance.wire import Wire, connected
+from protocol.compliance.work import ROLES, PerceptionWork, RenderWork, Work
+from protocol.errors import CallFailed, ProtocolError, Unavailable
+from protocol.messages import Hello, Role, Sampled, SampleScene, State, Welcome
+from protocol.sockets import Context
+from protocol.timeouts import DEFAULT_TIMEOUTS
+
+Connect: TypeAlias = Callable[[], Wire]
+
+_HERE = Path(__file__).parent
+_LAST = ("test_afterwards.py", "test_drain.py")
+"""What is only worth asking after everything else, and what leaves no worker to ask."""
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Sort the rules, and refuse to try them on nobody."""
+    rules = [item for item in items if item.path.parent == _HERE]
+    if rules and config.option.worker is None and not config.option.collectonly:
+        raise pytest.UsageError("the compliance suite tests a worker; name its address: --worker tcp://host:port")
+    items.sort(key=lambda item: _LAST.index(item.path.name) + 1 if item in rules and item.path.name in _LAST else 0)
+    for item in rules:
+        if item.path.name == "test_drain.py" and not config.option.drain:
+            item.add_marker(pytest.mark.skip(reason="it ends the worker; ask for it with --drain"))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Say with each failure what the rule is."""
+    report = yield
+    rule = getattr(getattr(item, "obj", None), "__doc__", None)
+    if report.failed and rule:
+        report.sections.append(("The rule", rule))
+    return report
+
+
+@pytest.fixture(scope="session")
+def context() -> Generator[Context]:
+    """All connections' ZeroMQ context."""
+    with zmq.Context[zmq.Socket[bytes]]() as context:
+        yield context
+
+
+@pytest.fixture
+def connect(request: pytest.FixtureRequest, context: Context) -> Generator[Connect]:
+    """Opens connections, each of which is closed when the test ends."""
+    option = request.config.option
+    with ExitStack() as opened:
+        yield lambda: opened.enter_context(connected(context, option.worker, option.patience))
+
+
+@pytest.fixture
+def wire(connect: Connect) -> Wire:
+    """One connection."""
+    return connect()
+
+
+@pytest.fixture(scope="session")
+def first_wire(request: pytest.FixtureRequest, context: Context) -> Generator[Wire]:
+    """The connection that is there before the first test and after the last."""
+    option = request.config.option
+    with connected(context, option.worker, option.patience) as wire:
+        yield wire
+
+
+@pytest.fixture(scope="session")
+def welcome(request: pytest.FixtureRequest, first_wire: Wire) -> Welcome:
+    """What the worker said of itself at first, once it is ready. Without it nothing can be tried."""
+    try:
+        welcome = first_wire.call(Hello(role=Role.AGENT, incarnation="compliance"))
+        first_wire.wait_until(lambda pong: pong.state is not State.STARTING, seconds=DEFAULT_TIMEOUTS.startup)
+    except (CallFailed, ProtocolError) as error:
+        pytest.exit(
+            f"no worker to test at {request.config.option.worker}: {error}", returncode=pytest.ExitCode.USAGE_ERROR
+        )
+    if not isinstance(welcome, Welcome) or welcome.role not in ROLES:
+        pytest.exit(
+            f"the suite does not know what to ask this worker for: {welcome}", returncode=pytest.ExitCode.USAGE_ERROR
+        )
+    return welcome
+
+
+@pytest.fixture(scope="session")
+def work(welcome: Welcome, first_wire: Wire) -> Work:
+    """What this worker can be asked for."""
+    if welcome.role is Role.PERCEPTION:
+        return PerceptionWork()
+    sampled = first_wire.call(SampleScene(seed=0, split="train"))
+    if not isinstance(sampled, Sampled):
+        raise Unavailable(f"a render worker must answer SampleScene with a scene to draw; it answered {sampled}")
+    return RenderWork(sampled.scene)
+
+
+@pytest.fixture(autouse=True)
+def still_there(request: pytest.FixtureRequest, welcome: Welcome, connect: Connect) -> Generator[None]:
+    """End the session with the test that ended the worker: all others would fail for the same reason."""
+    session, failed_before = request.session, request.session.testsfailed
+    yield
+    try:
+        connect().ping()
+    except (CallFailed, ProtocolError) as error:
+        session.shouldfail = f"the worker answers no more after {request.node.name}: {error}"
+        if session.testsfailed == failed_before:
+            pytest.fail(session.shouldfail, pytrace=False)

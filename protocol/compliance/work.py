@@ -1,0 +1,129 @@
+"""What the suite asks a worker to do: the requests of its role, small ones that can be told apart and large ones.
+
+Every piece of work has a tag from 0 up that comes back in its reply, so that a reply that answers another request is
+found out even if it has the right id.
+"""
+
+from typing import Any, Protocol
+
+import numpy as np
+
+from protocol.camera import Camera, CameraPose, Intrinsics
+from protocol.catalogue import Message
+from protocol.frame import Frame
+from protocol.message import Request
+from protocol.messages import Observe, Perceive, Render, Role, SampleScene
+from protocol.observation import FilterState, Observation
+from protocol.scene import Arm, BodyPose, Scene, Sun
+
+_POSE = CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0))
+_LARGE = 640, 480
+_SMALL = 32, 24
+
+SCENE = Scene(
+    identity=3,
+    pose=BodyPose(kind=0, left_arm=Arm((0.0, 0.2, -0.9)), right_arm=Arm((0.0, -0.2, -0.9))),
+    appearance=7,
+    position=(0.0, 0.0),
+    yaw=0.0,
+    sun=Sun(0.1, 0.8),
+    ground="grass",
+    background="sky-clear",
+)
+"""For workers that can't be asked for one. The renderer behind them may not know its ground; then it is a Failure."""
+
+
+class Work(Protocol):
+    """What a role can be asked for."""
+
+    def small(self, tag: int = 0) -> Request[Any]:
+        """As little as there is to do; tags 0 to 999 can be told apart."""
+        ...
+
+    def large(self, tag: int = 0) -> Request[Any]:
+        """A picture of the usual size: milliseconds at least, so that other messages come meanwhile."""
+        ...
+
+    def answers(self, reply: Message, request: Request[Any]) -> bool:
+        """Whether this reply is one to that request."""
+        ...
+
+    def others(self) -> tuple[Request[Any], ...]:
+        """One of each further request that the role answers."""
+        ...
+
+
+class RenderWork:
+    """Pictures of a scene that the worker has drawn itself; the tag is in the picture's width."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+
+    def small(self, tag: int = 0) -> Render:
+        """A picture of a few pixels."""
+        return self._render(_SMALL[0] + tag, _SMALL[1])
+
+    def large(self, tag: int = 0) -> Render:
+        """A picture of 640×480 and a little."""
+        return self._render(_LARGE[0] + tag, _LARGE[1])
+
+    def answers(self, reply: Message, request: Request[Any]) -> bool:
+        """A frame has the camera that it was asked for with."""
+        return isinstance(reply, Frame) and isinstance(request, Render) and reply.camera == request.camera
+
+    def others(self) -> tuple[Request[Any], ...]:
+        """Scenes."""
+        return (SampleScene(seed=1, split="train"),)
+
+    def _render(self, width: int, height: int) -> Render:
+        return Render(scene=self._scene, camera=_camera(width, height))
+
+
+class PerceptionWork:
+    """Frames of noise; the tag is in their true joints, which a perception worker passes on."""
+
+    def small(self, tag: int = 0) -> Perceive:
+        """A frame of a few pixels."""
+        return Perceive(frame=_noise(*_SMALL, tag), filter=FilterState.initial())
+
+    def large(self, tag: int = 0) -> Perceive:
+        """A frame of 640×480."""
+        return Perceive(frame=_noise(*_LARGE, tag), filter=FilterState.initial())
+
+    def answers(self, reply: Message, request: Request[Any]) -> bool:
+        """An observation has the joints of its frame."""
+        if not isinstance(reply, Observation) or not isinstance(request, Perceive):
+            return False
+        return reply.joints is not None and np.array_equal(reply.joints, _joints_of(request))
+
+    def others(self) -> tuple[Request[Any], ...]:
+        """Frames that are rendered for it."""
+        return (Observe(scene=SCENE, camera=_camera(*_SMALL), filter=FilterState.initial()),)
+
+
+def frame_to_perceive(tag: int = 0) -> Perceive:
+    """A request with arrays, which every worker must be able to refuse."""
+    return PerceptionWork().small(tag)
+
+
+ROLES = (Role.RENDER, Role.PERCEPTION)
+"""Whose work the suite knows."""
+
+
+def _camera(width: int, height: int) -> Camera:
+    return Camera(_POSE, Intrinsics.from_horizontal_fov(width, height, 70.0))
+
+
+def _noise(width: int, height: int, tag: int) -> Frame:
+    random = np.random.default_rng(tag)
+    return Frame(
+        rgb=random.integers(0, 256, (height, width, 3), np.uint8),
+        depth=np.full((height, width), 3.0, np.float32),
+        camera=_camera(width, height),
+        joints=np.full((18, 3), float(tag)),
+        visible=np.ones(18, bool),
+    )
+
+
+def _joints_of(request: Perceive) -> Any:
+    return request.frame.joints
