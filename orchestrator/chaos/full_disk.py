@@ -7,14 +7,17 @@ nobody else on the machine.
 import contextlib
 import resource
 import sys
+from collections.abc import Callable
 
 from orchestrator.chaos.invariants import require_unhurt
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.chaos.scenario import Scenario
 from protocol.messages import Role
 
-LONGEST = 6.0
-SHORTEST = 1.0
+LONGEST = 3.0
+"""Seconds past the first checkpoint that was tried."""
+CHECKPOINT = "checkpoint-opened"
+"""The failpoint at which we learn that one is tried."""
 
 CAN_FILL_DISKS = sys.platform == "linux"
 """Only there can another process's limits be set."""
@@ -24,13 +27,15 @@ class FullDisk(Scenario):
     """An agent can't write.
 
     Setup: an agent trains.
-    Fault: for some seconds every write to a file fails, of this agent and of each that is started in its place.
+    Fault: every write to a file fails, of this agent and of each that is started in its place, until it has tried to
+        write a checkpoint, and for some seconds more.
     Recovery: an agent is there.
     Invariant: the workers, which write nothing, are the same.
     """
 
     def __init__(self, chance: float) -> None:
-        self._seconds = SHORTEST + chance * (LONGEST - SHORTEST)
+        self._seconds = chance * LONGEST
+        self._limited: dict[int, tuple[int, int]] = {}
 
     def setup(self, run: RehearsedRun) -> None:
         """Note who is there."""
@@ -38,19 +43,18 @@ class FullDisk(Scenario):
         self._workers = (*run.crew.alive(Role.RENDER), *run.crew.alive(Role.PERCEPTION))
 
     def fault(self, run: RehearsedRun) -> float:
-        """Limit the agent, and each that is started in its place while the disk is full."""
-        begun = run.now()
-        limited: dict[int, tuple[int, int]] = {}
+        """Fill the disk until a checkpoint was tried."""
+        filled = run.now()
+        run.failpoints.order(CHECKPOINT, "wait 0")
         try:
-            while run.now() < begun + self._seconds:
-                for agent in run.crew.alive(Role.AGENT):
-                    if agent.pid not in limited:
-                        limited[agent.pid] = limit_files(agent.pid, 0)
-                run.nap(0.1)
+            self._keep_full(run, lambda: not run.failpoints.is_pending(CHECKPOINT), "a checkpoint was tried")
+            until = run.now() + self._seconds
+            self._keep_full(run, lambda: run.now() >= until, "the disk had been full for long enough")
         finally:
-            for pid, (most, _) in limited.items():
+            run.failpoints.cancel(CHECKPOINT)
+            for pid, (most, _) in self._limited.items():
                 limit_files(pid, most)
-        return begun
+        return filled
 
     def recovered(self, run: RehearsedRun) -> bool:
         """Whether somebody trains."""
@@ -59,6 +63,15 @@ class FullDisk(Scenario):
     def invariant(self, run: RehearsedRun) -> None:
         """It is the agent's trouble alone."""
         require_unhurt(self._workers, by="the agent's full disk")
+
+    def _keep_full(self, run: RehearsedRun, until: Callable[[], bool], what: str) -> None:
+        def is_over() -> bool:
+            for agent in run.crew.alive(Role.AGENT):
+                if agent.pid not in self._limited:
+                    self._limited[agent.pid] = limit_files(agent.pid, 0)
+            return until()
+
+        run.wait(is_over, what)
 
 
 def limit_files(pid: int, size: int) -> tuple[int, int]:

@@ -16,6 +16,7 @@ from orchestrator.stop_request import StopRequest
 from orchestrator.versions import collect_versions
 from protocol.config import RunConfig, load_config
 
+SOURCES = {".py", ".vert", ".frag"}
 ROOMS = ("protocol", "render_worker", "perception_worker", "agent", "orchestrator")
 
 
@@ -75,6 +76,8 @@ def _identity(config: RunConfig) -> str:
 
 
 def _sources() -> Iterator[Path]:
-    root = Path(__file__).parents[2]
+    chaos = Path(__file__).parent
     for room in ROOMS:
-        yield from sorted(path for path in (root / room).rglob("*") if path.suffix in {".py", ".vert", ".frag"})
+        paths = sorted((chaos.parents[1] / room).rglob("*"))
+        # We ourselves only watch an untouched run.
+        yield from (path for path in paths if path.suffix in SOURCES and chaos not in path.parents)

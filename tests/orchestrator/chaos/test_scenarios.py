@@ -101,8 +101,10 @@ def test_a_worker_that_is_replaced_within_a_ping_is_quick_enough(rehearsed, star
 WRITER = """
 import sys, time
 from pathlib import Path
-said = Path(sys.argv[1])
+from protocol.failpoint import Failpoints
+said, points = Path(sys.argv[1]), Failpoints(Path(sys.argv[2]))
 while True:
+    points.reach("checkpoint-opened")
     try:
         with said.with_name("data").open("ab") as data:
             data.write(b"x")
@@ -115,17 +117,21 @@ while True:
 
 
 @pytest.fixture
-def writer(start, tmp_path):
+def writer(start, rehearsed, tmp_path):
     """An agent that writes on and on, and shows by the names of folders what became of it."""
     folder = tmp_path / "written"
     folder.mkdir()
-    start("agent", Role.AGENT, command=(sys.executable, "-c", WRITER, str(folder / "x")))
+    start(
+        "agent",
+        Role.AGENT,
+        command=(sys.executable, "-c", WRITER, str(folder / "x"), f"{rehearsed.directory.path}.failpoints"),
+    )
     return lambda: {path.name for path in folder.iterdir()} - {"data"}
 
 
 def test_a_full_disk_fails_every_write_of_the_agent_and_ends(rehearsed, writer):
     rehearsed.wait(lambda: writer() == {"ok"}, "it wrote")
-    scenario = FullDisk(0.0)
+    scenario = FullDisk(0.1)
     scenario.setup(rehearsed)
     scenario.fault(rehearsed)
     assert writer() == {"ok", "File too large"}
