@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Callable
 from types import TracebackType
-from typing import NamedTuple, Self
+from typing import Self
 
 from protocol.client import Client
 from protocol.errors import AddressUnavailable, VantageError
@@ -23,10 +23,30 @@ _LONGEST_GOODBYE = 1.0
 """Seconds that `close` waits for our thread, which may be inside a callback; a process' end waits no longer."""
 
 
-class _Following(NamedTuple):
-    pool: Pool
-    role: Role
-    given: frozenset[str]
+class _Following:
+    """Keeps one pool on what the orchestrator says of a role."""
+
+    def __init__(self, pool: Pool, role: Role, patience: float) -> None:
+        self.role = role
+        self._pool = pool
+        self._patience = patience
+        self._given = frozenset(pool.addresses)
+        self._missed: dict[str, float] = {}
+
+    def update(self, records: tuple[WorkerRecord, ...], now: float) -> None:
+        """Add who is new in the table, and let go who has been missing from it for a while."""
+        known = {record.address for record in records if record.address}
+        for address in sorted(known - set(self._pool.addresses)):
+            try:
+                self._pool.add(address)
+            except AddressUnavailable as error:
+                _log.warning("the orchestrator names a worker that can't be reached: %s", error)
+        # An orchestrator that was just started again knows nobody, and then only those who were quick to register.
+        missing = set(self._pool.addresses) - known - self._given if known else set[str]()
+        self._missed = {address: self._missed.get(address, now) for address in missing}
+        for address, since in self._missed.items():
+            if now - since >= self._patience:
+                self._pool.remove(address)
 
 
 class Membership:
@@ -76,11 +96,12 @@ class Membership:
     def follow(self, pool: Pool, role: Role) -> None:
         """Keep the pool's addresses as the orchestrator's table has them, from its next word on.
 
-        The addresses that the pool has now stay. Without news, or with an empty table, it goes on with what it knows.
+        The addresses that the pool has now stay; others go once the table was without them for `timeouts.liveness`.
+        Without news, or with an empty table, the pool goes on with what it knows.
         """
         self._want(role)
         with self._lock:
-            self._followings.append(_Following(pool, role, frozenset(pool.addresses)))
+            self._followings.append(_Following(pool, role, self._timeouts.liveness))
 
     def close(self) -> None:
         """Say no more. What the orchestrator knows of us, it keeps until it misses us."""
@@ -146,7 +167,7 @@ class Membership:
             for role in wanted:
                 self._table[role] = self._client.call(Lookup(role=role), deadline=self._timeouts.liveness).workers
             for following in followings:
-                _update(following, self._table[following.role])
+                following.update(self._table[following.role], self._clock())
         except VantageError as error:
             if not self._over.is_set():
                 _log.warning("going on with the workers that are known: %s", error)
@@ -158,17 +179,3 @@ class Membership:
             self._on_orphaned()
         except Exception:
             _log.exception("this process could not be told that it is an orphan")
-
-
-def _update(following: _Following, records: tuple[WorkerRecord, ...]) -> None:
-    known = {record.address for record in records if record.address}
-    if not known:
-        return
-    have, want = set(following.pool.addresses), following.given | known
-    for address in sorted(want - have):
-        try:
-            following.pool.add(address)
-        except AddressUnavailable as error:
-            _log.warning("the orchestrator names a worker that can't be reached: %s", error)
-    for address in have - want:
-        following.pool.remove(address)

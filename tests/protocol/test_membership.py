@@ -14,7 +14,7 @@ from protocol import Pool, Timeouts
 from protocol.errors import AddressUnavailable
 from protocol.membership import Membership
 from protocol.messages import Role, State, WorkerRecord
-from tests.protocol.calls import PATIENT, ask
+from tests.protocol.calls import PATIENT, ask, client_of
 from tests.protocol.conftest import WORKERS
 from tests.protocol.registry import Registry, record
 from tests.protocol.serving import serving
@@ -105,6 +105,29 @@ def test_a_pool_keeps_what_it_was_given_and_is_never_emptied(address, registry, 
         assert (pool.addresses, empty.addresses) == ((given, told), (told,))
 
 
+def test_a_worker_that_is_missing_for_a_moment_stays(address, registry, member):
+    """As after a restart of the orchestrator, when some have registered and others not yet."""
+    quick, slow = (record(name, f"{address}-{name}", Role.RENDER) for name in ("quick", "slow"))
+    registry.table |= {"quick": quick, "slow": slow}
+    seen = set()
+
+    class Watched(Pool):
+        def remove(self, address):
+            seen.add(address)
+
+    with (
+        Watched([], role=Role.AGENT, serves=Role.RENDER) as pool,
+        member.join(address, Timeouts(heartbeat=0.02)) as membership,
+    ):
+        membership.follow(pool, Role.RENDER)
+        wait_until(lambda: len(pool.addresses) == 2)
+        del registry.table["slow"]
+        wait_until(lambda: membership.lookup(Role.RENDER) == (quick,))
+        registry.table["slow"] = slow
+        wait_until(lambda: len(membership.lookup(Role.RENDER)) == 2)
+    assert not seen
+
+
 def test_a_worker_whose_address_is_none_is_passed_over(address, registry, member):
     registry.table["render-0"] = record("render-0", "nowhere", Role.RENDER)
     registry.table["render-1"] = record("render-1", f"{address}-1", Role.RENDER)
@@ -179,7 +202,13 @@ def test_what_is_no_address_is_refused(member):
 class TestOrchestratorInTrouble:
     @pytest.fixture
     def orchestrate(self, address, start) -> Callable[[], subprocess.Popen[bytes]]:
-        return lambda: start("keeps_a_registry", address)
+        def orchestrate() -> subprocess.Popen[bytes]:
+            orchestrator = start("keeps_a_registry", address)
+            with client_of(address) as client:
+                client.wait_ready()
+            return orchestrator
+
+        return orchestrate
 
     @pytest.fixture
     def heard(self, caplog) -> Callable[[str], int]:

@@ -30,6 +30,6 @@ serve(
     start,
     role=Role.RENDER,
     bind=address,
-    timeouts=Timeouts(call=1.0, heartbeat=0.05, liveness=0.3, grace=1.0),
+    timeouts=Timeouts(call=1.0, heartbeat=0.05, liveness=0.5, grace=2.0),
     membership=Enrolment(orchestrator, "render-0"),
 )
