@@ -1,5 +1,8 @@
-"""Messages of every kind and any content that is allowed."""
+"""Messages of every kind and any content that is allowed, and what may become of their parts on the way."""
 
+import struct
+
+import msgspec
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as nps
@@ -161,3 +164,45 @@ MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
 }
 
 messages = st.one_of([MESSAGES[kind] for kind in MESSAGE_NUMBERS])
+
+anything = st.recursive(
+    st.none() | st.booleans() | whole | any_float | name | st.binary(max_size=8),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(name, inner, max_size=3),
+    max_leaves=6,
+)
+"""Whatever msgpack can say."""
+
+
+@st.composite
+def spoilt(draw: st.DrawFn, parts: list[bytes]) -> list[bytes]:
+    """The parts of a message after one thing went wrong with one of them."""
+    parts, place = [*parts], draw(st.integers(0, len(parts) - 1))
+    match draw(st.integers(0, 6)):
+        case 0:
+            del parts[place]
+        case 1:
+            parts.insert(draw(st.integers(0, len(parts))), parts[place])
+        case 2:
+            other = draw(st.integers(0, len(parts) - 1))
+            parts[place], parts[other] = parts[other], parts[place]
+        case 3:
+            parts[place] = draw(st.binary(max_size=64))
+        case 4:
+            parts[0] = struct.pack("<HH", 1, draw(st.sampled_from([*MESSAGE_NUMBERS.values()])))
+        case _:
+            parts[2] = msgspec.msgpack.encode(draw(misstated(msgspec.msgpack.decode(parts[2]))))
+    return parts
+
+
+@st.composite
+def misstated(draw: st.DrawFn, value: object) -> object:
+    """The same value, but that something in it, at any depth, is missing or something else."""
+    if not isinstance(value, dict | list) or not value or draw(st.booleans()):
+        return draw(anything)
+    changed = value.copy()
+    key = draw(st.sampled_from([*value])) if isinstance(value, dict) else draw(st.integers(0, len(value) - 1))
+    if draw(st.integers(0, 3)):
+        changed[key] = draw(misstated(value[key]))
+    else:
+        del changed[key]
+    return changed

@@ -3,7 +3,7 @@
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from protocol.codec import decode, decode_header, encode, open_envelope, seal
@@ -14,7 +14,7 @@ from protocol.limits import Limits
 from protocol.messages import MESSAGE_NUMBERS, Failure, Hello, Ping, Render, Role, Welcome
 from tests.protocol.sameness import same
 from tests.protocol.samples import CAMERA, SCENE, picture, samples
-from tests.protocol.strategies import MESSAGES, messages
+from tests.protocol.strategies import MESSAGES, messages, spoilt
 
 LIMITS = Limits()
 HEADER = RequestHeader(7, "0123456789abcdef", 2.5)
@@ -313,6 +313,28 @@ def test_damage_anywhere_is_told_or_harmless(message, data):
         read(parts)
     except ProtocolError:
         return
+
+
+@pytest.mark.parametrize("kind", MESSAGES, ids=lambda kind: kind.__name__)
+@settings(max_examples=20, suppress_health_check=[HealthCheck.too_slow])
+@given(data=st.data())
+def test_a_spoilt_message_of_every_kind_is_told_or_means_what_it_says(kind, data):
+    parts = data.draw(spoilt(parts_of(data.draw(MESSAGES[kind]))))
+    try:
+        message = read(parts)
+    except ProtocolError:
+        return
+    assert same(read(parts_of(message)), message)
+
+
+@pytest.mark.parametrize("kind", MESSAGES, ids=lambda kind: kind.__name__)
+def test_a_message_cut_off_anywhere_is_malformed(kind):
+    (sample,) = (sample for sample in samples() if type(sample) is kind)
+    parts = parts_of(sample)
+    for place in range(2, len(parts)):
+        for length in range(len(parts[place])):
+            with pytest.raises(ProtocolError):
+                read([*parts[:place], parts[place][:length], *parts[place + 1 :]])
 
 
 @given(st.lists(st.binary(max_size=64), max_size=8))
