@@ -19,11 +19,9 @@ from agent.networks import GaussianPolicy, Value
 from agent.randomness import random_state, restore_random_state, seed_all
 from agent.skrl_state import (
     load_network_weights,
-    memory_index,
     memory_tensors,
     network_weights,
     optimizers_state,
-    restore_memory_index,
     restore_memory_tensors,
     restore_optimizers,
     tracked,
@@ -101,7 +99,8 @@ class PpoLearner:
         return {
             "optimizers": optimizers_state(self._agent),
             "rollout": memory_tensors(self._memory),
-            "memory": memory_index(self._memory),
+            "memory_index": self._memory.memory_index,
+            "memory_filled": self._memory.filled,
             "under_way": {name: None if value is None else value.clone() for name, value in under_way.items()},
             "observed": self._observed,
             "learned": self._learned,
@@ -113,7 +112,7 @@ class PpoLearner:
         """Go on from a `state`."""
         restore_optimizers(self._agent, state["optimizers"])
         restore_memory_tensors(self._memory, state["rollout"])
-        restore_memory_index(self._memory, state["memory"])
+        self._memory.memory_index, self._memory.filled = state["memory_index"], state["memory_filled"]
         for name, value in state["under_way"].items():
             setattr(self._agent, name, None if value is None else value.clone())
         self._observed, self._learned, self.updates = state["observed"], state["learned"], state["updates"]

@@ -21,10 +21,8 @@ from agent.networks import Critic, SquashedPolicy
 from agent.randomness import random_state, restore_random_state, seed_all
 from agent.skrl_state import (
     load_network_weights,
-    memory_index,
     network_weights,
     optimizers_state,
-    restore_memory_index,
     restore_optimizers,
     tracked,
 )
@@ -84,7 +82,8 @@ class SacLearner:
         return {
             "optimizers": optimizers_state(self._agent),
             "log_entropy_coefficient": self._agent.log_entropy_coefficient.detach().clone(),
-            "memory": memory_index(self._memory),
+            "memory_index": self._memory.memory_index,
+            "memory_filled": self._memory.filled,
             "observed": self._observed,
             "updates": self.updates,
             "random": random_state(),
@@ -97,7 +96,7 @@ class SacLearner:
             # In place: the optimiser holds this very tensor.
             self._agent.log_entropy_coefficient.copy_(state["log_entropy_coefficient"])
         _derive_entropy_coefficient(self._agent)
-        restore_memory_index(self._memory, state["memory"])
+        self._memory.memory_index, self._memory.filled = state["memory_index"], state["memory_filled"]
         self._observed, self.updates = state["observed"], state["updates"]
         restore_random_state(state["random"])
 

@@ -28,16 +28,6 @@ def restore_optimizers(agent: Agent, state: dict[str, Any]) -> None:
         optimizer.load_state_dict(copy.deepcopy(state[name]))
 
 
-def memory_index(memory: Memory) -> dict[str, Any]:
-    """Where in memory the next step of all drones goes, and whether there is one in every place."""
-    return {"memory_index": memory.memory_index, "filled": memory.filled}
-
-
-def restore_memory_index(memory: Memory, state: dict[str, Any]) -> None:
-    """Put `memory_index` back; what is in the places is `memory_tensors` or comes from elsewhere."""
-    memory.memory_index, memory.filled = state["memory_index"], state["filled"]
-
-
 def memory_tensors(memory: Memory) -> dict[str, Tensor]:
     """All that is in memory, copied."""
     return {name: tensor.clone() for name, tensor in memory.tensors.items()}
