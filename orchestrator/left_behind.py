@@ -51,6 +51,10 @@ class LeftBehind:
             elif record is not None and is_alive(record):
                 self.in_the_way.append(Found(_launch_of(record), process))
 
+    def has(self, launch: Launch) -> bool:
+        """Whether there is a process to take up for a launch."""
+        return launch.name in self._takeable
+
     def take(self, launch: Launch) -> Found | None:
         """The process that stands for a launch, if there is one; it is asked for once."""
         return self._takeable.pop(launch.name, None)

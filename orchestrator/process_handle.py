@@ -118,6 +118,14 @@ class Foundling:
         return True
 
 
+def is_stopped(process: ProcessHandle) -> bool:
+    """Whether the system lets it stand still, as after SIGSTOP; one that a debugger holds is not meant."""
+    try:
+        return psutil.Process(process.pid).status() == psutil.STATUS_STOPPED
+    except psutil.NoSuchProcess:
+        return False
+
+
 def send_signal(process: ProcessHandle, number: signal.Signals) -> None:
     """Signal a process, if it runs."""
     if process.is_running:

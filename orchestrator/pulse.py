@@ -16,8 +16,12 @@ from protocol.timeouts import Timeouts
 class Pulse(Protocol):
     """Takes what a process lets us know; never waits for it."""
 
-    def vitals(self, *, waiting: bool) -> Vitals:
-        """What is known now; `waiting` where what the process depends on does not work.
+    def vitals(self, *, waiting: bool, stopped: bool) -> Vitals:
+        """What is known now.
+
+        Args:
+            waiting: what the process depends on does not work.
+            stopped: the system lets it stand still.
 
         Raises:
             VersionMismatch, WrongRole: it is not one to talk to.
@@ -45,7 +49,7 @@ class WorkerPulse:
         """Its last answer; None before the first."""
         return self._heartbeat.pong
 
-    def vitals(self, *, waiting: bool) -> Vitals:
+    def vitals(self, *, waiting: bool, stopped: bool) -> Vitals:
         """See `Pulse`."""
         self._health = self._heartbeat.beat()
         self._heartbeat.check()
@@ -58,6 +62,7 @@ class WorkerPulse:
             progress=pong.progress if pong else 0.0,
             busy=pong is not None and pong.queue_depth > 0,
             waiting=waiting,
+            stopped=stopped,
         )
 
     def health(self) -> Health:
@@ -84,7 +89,7 @@ class AgentPulse:
         self._progress = progress
         self._heard: float | None = None
 
-    def vitals(self, *, waiting: bool) -> Vitals:
+    def vitals(self, *, waiting: bool, stopped: bool) -> Vitals:
         """See `Pulse`."""
         process, progress = self._process, self._progress()
         if self._registry is not None:
@@ -98,6 +103,7 @@ class AgentPulse:
             progress=progress.time if progress and begun else 0.0,
             busy=begun,
             waiting=waiting,
+            stopped=stopped,
         )
 
     def health(self) -> Health:

@@ -54,6 +54,10 @@ class Session:
         if log is not None:
             self._warnings.follow_file("orchestrator", log, log.stat().st_size if log.exists() else 0)
 
+    def start(self, launch: Launch, is_done: IsDone | None = None) -> None:
+        """Start a process, or take up the one that was left behind, and go on; errors as `Supervisor.start`."""
+        self._warnings.follow(self._supervisor.start(launch, is_done))
+
     def start_workers(self, launches: Sequence[Launch]) -> None:
         """Start workers side by side and wait until each says that it can work.
 
@@ -62,7 +66,7 @@ class Session:
             Interrupted: somebody asked to stop.
         """
         for launch in launches:
-            self._start(launch)
+            self.start(launch)
         while waiting := [launch.name for launch in launches if not self._supervisor.is_ready(launch.name)]:
             self._stop.check()
             self._supervisor.look()
@@ -70,14 +74,15 @@ class Session:
             self._stop.nap(LOOK)
 
     def run(self, launch: Launch, activity: str, is_done: IsDone) -> None:
-        """Have an agent work until its work is done.
+        """Have an agent work until its work is done; it may have been started before.
 
         Raises:
             ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.look`.
             Interrupted: somebody asked to stop; the agent has written what it had.
         """
         self._activity_began = self._wall_clock()
-        self._start(launch, is_done)
+        if not self._supervisor.cares_for(launch.name):
+            self.start(launch, is_done)
         while not self._supervisor.is_over(launch.name):
             if self._stop.is_asked:
                 self._show(f"stopping {launch.name}", at_once=True)
@@ -88,9 +93,6 @@ class Session:
             self._stop.nap(LOOK)
         self._supervisor.release(launch.name)
         self._show(activity, at_once=True)
-
-    def _start(self, launch: Launch, is_done: IsDone | None = None) -> None:
-        self._warnings.follow(self._supervisor.start(launch, is_done))
 
     def _show(self, activity: str, *, at_once: bool = False) -> None:
         if not at_once and self._clock() - self._shown < SHOW:

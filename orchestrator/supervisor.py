@@ -101,6 +101,10 @@ class Supervisor:
         _log.info("took %s up, as process %d", launch.name, process.pid, extra={"member": launch.name})
         return self._attend(ward, process, age=self._wall_clock() - process.started)
 
+    def cares_for(self, name: str) -> bool:
+        """Whether a process is in care."""
+        return name in self._wards
+
     def release(self, name: str) -> None:
         """Take a process out of care."""
         ward = self._wards.pop(name)
@@ -158,7 +162,7 @@ class Supervisor:
         if not life.process.is_running:
             self._take_end(ward, life)
             return
-        vitals = life.pulse.vitals(waiting=self._waits(ward))
+        vitals = life.pulse.vitals(waiting=self._waits(ward), stopped=life.process.is_stopped)
         if vitals.ready and not life.ready:
             life.ready = True
             ward.budget.worked()

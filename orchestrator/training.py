@@ -137,6 +137,10 @@ def _perform(
     if not cast.jobs:
         return
     with _crew(run, sockets, left_behind, display, stop) as session:
+        first = cast.jobs[0]
+        if left_behind.has(first.launch):
+            # Before anything can go wrong or be stopped: whoever is in care is brought to its end with the others.
+            session.start(first.launch, first.is_done)
         session.start_workers(cast.workers)
         for job in cast.jobs:
             session.run(job.launch, job.activity, job.is_done)

@@ -33,6 +33,7 @@ class Vitals(Struct, frozen=True, kw_only=True):
         progress: what it has done so far; likewise.
         busy: it has work in hand, so that `progress` should change.
         waiting: what it depends on does not work, so that it can neither start nor get on.
+        stopped: the system lets it stand still (SIGSTOP), so that it is not slow but silent, also while it starts.
     """
 
     ready: bool
@@ -41,6 +42,7 @@ class Vitals(Struct, frozen=True, kw_only=True):
     progress: float = 0.0
     busy: bool = False
     waiting: bool = False
+    stopped: bool = False
 
 
 class Patience(Struct, frozen=True, kw_only=True):
@@ -83,6 +85,7 @@ class Watch:
         self._last = now
         self._starting = max(0.0, min(age, patience.startup - patience.liveness))
         self._silence = 0.0
+        self._stopped = 0.0
         self._standstill = 0.0
         self._heard: float | None = None
         self._progress: float | None = None
@@ -91,7 +94,7 @@ class Watch:
         """Take in a look at the process."""
         passed, self._last = min(now - self._last, LONGEST_LOOK), now
         self._move(vitals, passed)
-        if vitals.expected and self._silence >= self._patience.liveness:
+        if (self._silence if vitals.expected else self._stopped) >= self._patience.liveness:
             return Verdict.SILENT
         if not vitals.ready and self._starting >= self._patience.startup:
             return Verdict.SILENT if self._silence >= self._patience.liveness else Verdict.NEVER_READY
@@ -102,6 +105,7 @@ class Watch:
     def _move(self, vitals: Vitals, passed: float) -> None:
         self._silence = 0.0 if _changed(vitals.heard, self._heard) else self._silence + passed
         self._heard = vitals.heard
+        self._stopped = self._stopped + passed if vitals.stopped else 0.0
         moved = _changed(vitals.progress, self._progress) or not vitals.busy or vitals.waiting
         self._standstill = 0.0 if moved else self._standstill + passed
         self._progress = vitals.progress

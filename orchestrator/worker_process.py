@@ -10,7 +10,7 @@ from orchestrator.errors import ProcessFailed
 from orchestrator.json_lines import last_lines
 from orchestrator.launch import Launch
 from orchestrator.log_line import ERRORS, parse_log_line
-from orchestrator.process_handle import Child, Foundling, ProcessHandle, kill_group, send_signal
+from orchestrator.process_handle import Child, Foundling, ProcessHandle, is_stopped, kill_group, send_signal
 
 LONGEST_QUOTE = 400
 
@@ -80,9 +80,16 @@ class WorkerProcess:
         """Whether it still runs."""
         return self._handle.is_running
 
+    @property
+    def is_stopped(self) -> bool:
+        """Whether somebody made it stand still (SIGSTOP)."""
+        return is_stopped(self._handle)
+
     def ask_to_stop(self) -> None:
         """SIGTERM: workers finish what is in hand, the agent writes what it learned."""
         send_signal(self._handle, signal.SIGTERM)
+        # One that was stopped takes it only once it goes on.
+        send_signal(self._handle, signal.SIGCONT)
 
     def kill(self) -> None:
         """SIGKILL to the process and whatever it started."""

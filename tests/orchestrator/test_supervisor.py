@@ -110,6 +110,16 @@ def test_a_stopped_worker_is_killed_and_replaced(care, launch):
     assert "render-0 hung (not heard of for 1 s) and was killed" in cared.noted[0].reason
 
 
+@pytest.mark.slow
+def test_an_agent_that_was_stopped_before_it_was_ever_heard_of_is_killed_and_replaced(care, tmp_path):
+    cared = care()
+    first = cared.supervisor.start(agent("import time; time.sleep(600)"), lambda _: False)
+    os.kill(first.pid, signal.SIGSTOP)
+    cared.look_until(lambda: cared.noted)
+    assert first.exit_code == -signal.SIGKILL
+    assert cared.current(first).is_running
+
+
 def test_a_worker_in_an_endless_handler_is_killed_and_replaced_though_it_answers_pings(care, launch):
     cared = care(Timeouts(heartbeat=0.1, startup=30.0, liveness=20.0, progress=0.5))
     hangs = launch("hangs_in_a_handler")

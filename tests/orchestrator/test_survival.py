@@ -217,6 +217,20 @@ def test_ctrl_c_ends_processes_that_were_taken_up_as_well(rehearsal):
 
 
 @pytest.mark.slow
+def test_ctrl_c_ends_what_was_left_behind_even_before_the_workers_are_ready(rehearsal):
+    child = rehearsal.train(steps=100_000)
+    rehearsal.kill(child)
+    # Not before: the system ends a stopped process that becomes an orphan (SIGHUP).
+    os.kill(rehearsal.pid("render-0"), signal.SIGSTOP)
+    resumed = rehearsal.command.start("resume", "one")
+    rehearsal.wait_until(lambda: rehearsal.run.is_busy() and "took render-0 up" in text(rehearsal))
+    os.kill(resumed.pid, signal.SIGINT)
+    _, err = resumed.communicate(timeout=PATIENCE)
+    assert resumed.returncode == 130, err
+    assert rehearsal.command.alive() == set()
+
+
+@pytest.mark.slow
 def test_a_finished_run_is_reported_again_and_nothing_is_started(rehearsal):
     report = finished(rehearsal.train())
     before = rehearsal.run.workers_path.read_bytes(), rehearsal.run.evaluation_path.stat().st_mtime_ns

@@ -56,6 +56,19 @@ def test_one_that_answers_and_never_gets_ready_is_told_from_one_that_is_silent(l
     assert looks(60.0, answering(ready=False, expected=False)) is Verdict.NEVER_READY
 
 
+def test_one_that_was_stopped_while_it_loads_is_silent_after_the_liveness_clock(looks):
+    looks(30.0, LOADING)
+    stopped = Vitals(ready=False, expected=False, stopped=True)
+    assert looks(4.5, stopped) is Verdict.FINE
+    assert looks(0.5, stopped) is Verdict.SILENT
+
+
+def test_one_that_was_stopped_for_a_moment_while_it_loads_goes_on(looks):
+    for _ in range(5):
+        looks(4.0, Vitals(ready=False, expected=False, stopped=True))
+        assert looks(0.5, LOADING) is Verdict.FINE
+
+
 def test_the_startup_clock_stands_while_others_are_waited_for(looks):
     assert looks(3600.0, answering(ready=False, expected=False, waiting=True)) is Verdict.FINE
     assert looks(59.0, answering(ready=False, expected=False)) is Verdict.FINE

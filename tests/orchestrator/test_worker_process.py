@@ -1,3 +1,4 @@
+import os
 import signal
 
 import psutil
@@ -6,6 +7,7 @@ import pytest
 from orchestrator.errors import ProcessFailed
 from orchestrator.launch import Launch
 from orchestrator.worker_process import LONGEST_QUOTE, WorkerProcess, ending
+from protocol.client import Client
 from protocol.messages import Role
 
 
@@ -68,6 +70,17 @@ def test_the_words_of_an_earlier_process_are_not_taken_for_this_ones(tmp_path, p
     assert process.last_words() is None
     assert "without a word" in process.obituary()
     assert process.log.read_text() == "earlier\n"
+
+
+def test_a_stopped_process_can_be_asked_to_stop(tmp_path, worker_launch, wait_until):
+    process = started(worker_launch("serves_nothing"), tmp_path)
+    with Client(str(process.launch.address), role=Role.ORCHESTRATOR) as client:
+        client.wait_ready()
+    os.kill(process.pid, signal.SIGSTOP)
+    wait_until(lambda: process.is_stopped)
+    process.ask_to_stop()
+    assert process.wait(30.0)
+    assert process.exit_code == 0
 
 
 def test_a_killed_process_takes_its_own_children_with_it(tmp_path, worker_launch, wait_until):
