@@ -41,8 +41,8 @@ from protocol.timeouts import Timeouts
 LOOK = 0.02
 CALM_STEPS = 8
 """Steps before each death by which the usual time is known."""
-ENOUGH_RESTARTS = 1000
-"""These deaths are ordered, and come faster than those that a run's budget is for."""
+WINDOW = 1.0
+"""Seconds of the restart budget: each of these deaths is a first one, after which a worker is started again at once."""
 
 
 class Deaths(Struct, frozen=True):
@@ -169,7 +169,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _with_workers(config: RunConfig, role: str, workers: int) -> RunConfig:
-    config = replace(config, supervision=replace(config.supervision, restarts=ENOUGH_RESTARTS))
+    config = replace(config, supervision=replace(config.supervision, window=WINDOW))
     if role == "render":
         return replace(config, render=replace(config.render, workers=workers))
     return replace(config, perception=replace(config.perception, workers=workers))
