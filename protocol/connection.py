@@ -134,10 +134,8 @@ class Connection:
         self.used = self._clock()
         header = RequestHeader(number, self._hello.incarnation, max(0.0, call.deadline - self.used))
         send(self._line.socket, seal(call.payload, header))
-        if not self.outstanding:
-            self._pulse.begun()
-            if not self._wants_pings:
-                self._due = self.used + self._heartbeat
+        if not self._wants_pings:
+            self._due = self.used + self._heartbeat
         self.outstanding[number] = call
         call.tries += 1
 
@@ -311,7 +309,7 @@ class Connection:
 
     def _examine(self, pong: Pong) -> None:
         self.health = pong
-        self._pulse.answered(pong, holds_calls=bool(self.outstanding))
+        self._pulse.answered(pong, holds_calls=any(not call.at_once for call in self.outstanding.values()))
         self._judge()
 
     def _note(self, call: Call, reply: Reply | ProtocolError) -> None:
@@ -320,7 +318,7 @@ class Connection:
         if isinstance(reply, Pong):
             # Not for the pulse, which counts heartbeats: a caller may ask as often as it likes.
             self.health = reply
-        elif isinstance(reply, call.reply):
+        elif isinstance(reply, call.reply) and not call.at_once:
             self._pulse.moved()
 
     def _fit_window(self, reply: Reply | ProtocolError) -> None:

@@ -33,11 +33,15 @@ class Pulse:
         self._stuck_after = max(_FEWEST, math.ceil(timeouts.progress / heartbeat))
         self._unanswered = 0
         self._unmoved = 0
+        self._stood_still = False
         self._progress: int | None = None
 
     def asked(self) -> None:
         """A ping goes out; a heartbeat ago there was another, or nothing to ask for."""
         self._unanswered += 1
+        # Here and not with each pong: a worker that was stopped answers all pings at once when it goes on.
+        self._unmoved += self._stood_still
+        self._stood_still = False
 
     def heard(self) -> None:
         """Something came from the worker."""
@@ -47,18 +51,14 @@ class Pulse:
         """It said how it is; while it holds calls its progress counter has to move."""
         if pong.progress != self._progress:
             self._progress = pong.progress
-            self._unmoved = 0
+            self.moved()
         elif holds_calls or self._is_stuck:
-            self._unmoved += 1
+            self._stood_still = True
 
     def moved(self) -> None:
         """It answered a call, which tells as much as its counter."""
         self._unmoved = 0
-
-    def begun(self) -> None:
-        """It was given the first call after it held none."""
-        if not self._is_stuck:
-            self._unmoved = 0
+        self._stood_still = False
 
     @property
     def suspicion(self) -> Suspicion | None:

@@ -4,7 +4,12 @@ Setup: one or two workers in processes of their own. Fault: a signal, or a handl
 its worker does not answer is another's. Invariant: every call is answered, and with its own reply.
 """
 
+import itertools
+import random
 import signal
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -178,3 +183,51 @@ def test_a_worker_restarted_within_one_ping_answers_what_its_predecessor_held(ad
         doomed.wait()
         start("serves_scenes")
         assert [one.result().scene.yaw for one in pending] == list(range(5))
+
+
+class Trouble:
+    """What can befall a pool's workers, drawn from a seed; one at a time, and never the last one alone."""
+
+    def __init__(self, start, pool: Pool, seed: int) -> None:
+        self._start = start
+        self._pool = pool
+        self._rng = random.Random(seed)
+        self.workers = {address: start("serves_scenes", address) for address in pool.addresses}
+
+    def befall(self) -> None:
+        """Do one thing, and undo it."""
+        address = self._rng.choice(sorted(self.workers))
+        self._rng.choice([self.kill, self.stop, self.let_go])(address)
+
+    def kill(self, address: str) -> None:
+        self.workers[address].kill()
+        self.workers[address].wait()
+        self.workers[address] = self._start("serves_scenes", address)
+
+    def stop(self, address: str) -> None:
+        self.workers[address].send_signal(signal.SIGSTOP)
+        time.sleep(self._rng.uniform(0.0, 1.0))
+        self.workers[address].send_signal(signal.SIGCONT)
+
+    def let_go(self, address: str) -> None:
+        self._pool.remove(address)
+        time.sleep(self._rng.uniform(0.0, 0.1))
+        self._pool.add(address)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_whatever_befalls_the_workers_every_call_gets_its_own_reply(address, start, seed):
+    with pool_of([f"{address}-{number}" for number in range(3)], LIVELY) as pool:
+        trouble = Trouble(start, pool, seed)
+        pool.wait_ready()
+        over = threading.Event()
+        seeds = itertools.takewhile(lambda _: not over.is_set(), itertools.count())
+        with ThreadPoolExecutor(1) as flying:
+            flown = flying.submit(lambda: [reply.scene.yaw for reply in pool.map(map(ask, seeds))])
+            for _ in range(12):
+                trouble.befall()
+                time.sleep(0.2)
+            over.set()
+            answers = flown.result()
+        assert answers == list(range(len(answers)))
+        assert pool.statistics.losses > 0

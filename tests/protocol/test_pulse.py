@@ -48,8 +48,7 @@ def test_a_worker_with_a_slower_heartbeat_has_more_time(heartbeat, pings):
 
 def test_a_worker_is_stuck_when_its_counter_stands_still_while_it_holds_calls():
     pulse = Pulse(0.5, TIMEOUTS)
-    pulse.begun()
-    beat(pulse, 6)
+    beat(pulse, 7)
     assert pulse.suspicion is None
     beat(pulse, 1)
     assert pulse.suspicion is Suspicion.STUCK
@@ -57,7 +56,6 @@ def test_a_worker_is_stuck_when_its_counter_stands_still_while_it_holds_calls():
 
 def test_a_slow_worker_is_not_stuck():
     pulse = Pulse(0.5, TIMEOUTS)
-    pulse.begun()
     for progress in range(10):
         beat(pulse, 6, progress=progress)
     assert pulse.suspicion is None
@@ -65,7 +63,6 @@ def test_a_slow_worker_is_not_stuck():
 
 def test_a_worker_that_answers_and_does_not_count_is_not_stuck():
     pulse = Pulse(0.5, TIMEOUTS)
-    pulse.begun()
     for _ in range(10):
         beat(pulse, 5)
         pulse.moved()
@@ -75,24 +72,32 @@ def test_a_worker_that_answers_and_does_not_count_is_not_stuck():
 def test_a_worker_that_holds_nothing_is_not_stuck():
     pulse = Pulse(0.5, TIMEOUTS)
     beat(pulse, 100, holds_calls=False)
-    pulse.begun()
-    beat(pulse, 5)
+    beat(pulse, 6)
     assert pulse.suspicion is None
 
 
-def test_the_clock_of_progress_begins_with_the_first_call_in_hand():
+def test_a_worker_whose_calls_are_given_up_one_after_the_other_is_stuck_all_the_same():
     pulse = Pulse(0.5, TIMEOUTS)
-    for _ in range(10):
-        pulse.begun()
-        beat(pulse, 5)
+    beat(pulse, 1)
+    for _ in range(3):
+        beat(pulse, 2)
+        beat(pulse, 10, holds_calls=False)
+    assert pulse.suspicion is Suspicion.STUCK
+
+
+def test_pongs_that_come_all_at_once_count_as_one():
+    pulse = Pulse(0.5, TIMEOUTS)
+    beat(pulse, 1)
+    for _ in range(100):
+        pulse.answered(pong(), holds_calls=True)
+    beat(pulse, 1)
     assert pulse.suspicion is None
 
 
 def test_a_stuck_worker_stays_so_when_nobody_waits_for_it_any_more_until_it_gets_on():
     pulse = Pulse(0.5, TIMEOUTS)
-    beat(pulse, 7)
+    beat(pulse, 8)
     beat(pulse, 10, holds_calls=False)
-    pulse.begun()
     assert pulse.suspicion is Suspicion.STUCK
     beat(pulse, 1, progress=1, holds_calls=False)
     assert pulse.suspicion is None
