@@ -105,6 +105,7 @@ def test_a_worker_that_forgets_the_request_id_fails_where_requests_are_under_way
     assert "test_work_is_answered_by_what_was_asked_for" in verdict.passed, verdict.output
 
 
+@pytest.mark.slow
 def test_a_failed_rule_says_what_it_is_and_why(address, folder):
     with running(WORKERS / "accepts_any_version.py", address, at=address):
         verdict = judge("--worker", address, "-k", "without_a_common_version", folder=folder)
