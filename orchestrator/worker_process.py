@@ -87,9 +87,10 @@ class WorkerProcess:
 
     def ask_to_stop(self) -> None:
         """SIGTERM: workers finish what is in hand, the agent writes what it learned."""
-        send_signal(self._handle, signal.SIGTERM)
-        # One that was stopped takes it only once it goes on.
+        # First: to a process that stands still the system delivers a signal through any of its threads, once it goes on,
+        # and Python sees it only when the main thread is woken.
         send_signal(self._handle, signal.SIGCONT)
+        send_signal(self._handle, signal.SIGTERM)
 
     def kill(self) -> None:
         """SIGKILL to the process and whatever it started."""
