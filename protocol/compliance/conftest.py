@@ -1,21 +1,18 @@
 """Connections to the worker under test, and in which order its rules are tried."""
 
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TypeAlias
 
 import pytest
 import zmq
 
-from protocol.compliance.wire import Wire, connected
+from protocol.compliance.wire import Connect, Wire, connected
 from protocol.compliance.work import ROLES, SCENE, PerceptionWork, RenderWork, Work
 from protocol.errors import CallFailed, ProtocolError
 from protocol.messages import Hello, Role, Sampled, SampleScene, State, Welcome
 from protocol.sockets import Context
 from protocol.timeouts import DEFAULT_TIMEOUTS
-
-Connect: TypeAlias = Callable[[], Wire]
 
 _HERE = Path(__file__).parent
 _LAST = ("test_afterwards.py", "test_drain.py")

@@ -1,7 +1,6 @@
 """Ping and Pong: whether the process is there, and whether its work gets anywhere."""
 
-from protocol.compliance.conftest import Connect
-from protocol.compliance.wire import Wire
+from protocol.compliance.wire import Connect, Wire
 from protocol.compliance.work import Work
 from protocol.messages import Ping, Pong, State
 

@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from protocol.compliance.conftest import Connect
-from protocol.compliance.wire import Wire, changed, parts_of
+from protocol.compliance.wire import Connect, Wire, changed, parts_of
 from protocol.compliance.work import Work
 from protocol.limits import DEFAULT_LIMITS, KIB, MIB
 from protocol.messages import Failure

@@ -6,8 +6,7 @@ from typing import Any, TypeAlias
 import msgspec
 import pytest
 
-from protocol.compliance.conftest import Connect
-from protocol.compliance.wire import Answer, Wire, changed, parts_of
+from protocol.compliance.wire import Answer, Connect, Wire, changed, parts_of
 from protocol.compliance.work import Work, frame_to_perceive
 from protocol.message import Request
 from protocol.messages import Failure, Ping

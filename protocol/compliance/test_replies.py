@@ -1,7 +1,6 @@
 """Requests under way at once, and the replies that belong to them."""
 
-from protocol.compliance.conftest import Connect
-from protocol.compliance.wire import Wire
+from protocol.compliance.wire import Connect, Wire
 from protocol.compliance.work import Work
 from protocol.messages import Failure
 

@@ -5,7 +5,7 @@ import math
 import time
 from collections.abc import Callable, Collection, Generator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeAlias
 
 import msgspec
 import zmq
@@ -169,6 +169,10 @@ class Wire:
                 raise DeadlineExceeded(f"after {seconds:g} s the worker is still {pong}")
             time.sleep(pause)
         return pong
+
+
+Connect: TypeAlias = Callable[[], Wire]
+"""Opens a connection for as long as a test lasts."""
 
 
 @contextmanager
