@@ -41,7 +41,7 @@ def untouched_run(config: Path, runs: Path, stop: StopRequest, show: Callable[[R
         RehearsalFailed: it did not come to its end by itself.
     """
     settings = load_config(config)
-    directory = RunDirectory(runs / f"untouched-{_identity(settings)}")
+    directory = RunDirectory(runs / f"untouched-{identity(settings)}")
     reused = directory.is_trained()
     if not reused:
         _remove_unfinished(directory)
@@ -65,8 +65,8 @@ def _steps(directory: RunDirectory) -> int:
     return progress.step
 
 
-def _identity(config: RunConfig) -> str:
-    """What the outcome of a run depends on: its configuration, our code, and the packages under it."""
+def identity(config: RunConfig) -> str:
+    """A short name for all that the outcome of a run depends on: configuration, code, and the packages under it."""
     digest = hashlib.sha256(resolved_toml(config))
     for path in _sources():
         digest.update(path.name.encode())
