@@ -44,6 +44,7 @@ def serve(
     bind: str,
     capabilities: Mapping[str, str] | None = None,
     concurrency: int = 1,
+    computes: bool = True,
     timeouts: Timeouts = DEFAULT_TIMEOUTS,
     limits: Limits = DEFAULT_LIMITS,
     context: Context | None = None,
@@ -53,10 +54,12 @@ def serve(
     """Serve until SIGTERM, SIGINT, `Drain` or the orchestrator's end, then finish what is in hand and return.
 
     The address answers at once, in state STARTING, while `start` loads what the handlers need; requests that come then
-    wait. Handlers run in the calling thread, whose priority is lowered for good, and in `concurrency - 1` more. A
-    reply's arrays are not copied: a handler gives them away, and must not write to them again.
+    wait. Handlers run in the calling thread and in `concurrency - 1` more. A reply's arrays are not copied: a handler
+    gives them away, and must not write to them again.
 
     Args:
+        computes: whether handlers take long. Then the priority of the calling thread is lowered, for good, so that
+            threads that carry messages go before it.
         membership: the orchestrator that the worker registers with; without one it works alone.
         failpoint: reached at `reply-render`, or whatever the role is, before a reply is handed over.
 
@@ -66,6 +69,13 @@ def serve(
     """
     if concurrency < 1:
         raise InvalidInput(f"a worker has one handler thread or more, not {concurrency}")
+
+    def load() -> Handlers:
+        if computes:
+            # Before anything is loaded: threads of libraries take their priority from who starts them.
+            let_others_go_first()
+        return start()
+
     with open_context(context) as opened:
         listener = Listener(
             bind_router(opened, bind, timeouts, limits),
@@ -78,13 +88,13 @@ def serve(
         _log.info("%s listens at %s", role, bind, extra={"incarnation": listener.incarnation})
         enrolling = nullcontext() if membership is None else enrolled(membership, listener, bind, timeouts)
         with _drain_by_signal(listener):
-            _run(listener, start, enrolling, concurrency, lambda: failpoint(f"reply-{role}"))
+            _run(listener, load, enrolling, concurrency, lambda: failpoint(f"reply-{role}"))
         _log.info("%s at %s has ended", role, bind)
 
 
 def _run(
     listener: Listener,
-    start: Callable[[], Handlers],
+    load: Callable[[], Handlers],
     enrolling: AbstractContextManager[None],
     concurrency: int,
     before_reply: Callable[[], None],
@@ -92,10 +102,8 @@ def _run(
     listener.start()
     try:
         with enrolling:
-            # Before anything that computes is loaded: threads of libraries take their priority from who starts them.
-            let_others_go_first()
             with _interruption_by_signal():
-                handlers = start()
+                handlers = load()
             listener.ready()
             _handle_all(lambda: _handle_jobs(listener, handlers, before_reply), concurrency)
     except _StartInterrupted:

@@ -1,6 +1,8 @@
 """A worker answers whatever comes, while it starts, computes and drains."""
 
+import os
 import signal
+import sys
 import threading
 from pathlib import Path
 
@@ -338,6 +340,21 @@ def test_a_client_that_never_reads_costs_the_others_nothing(address):
         for number in range(2000):
             silent.ask(Ping(), number)
         assert [reply.scene.yaw for reply in client.map(map(ask, range(20)))] == list(range(20))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only there a priority belongs to a thread")
+@pytest.mark.parametrize("computes", [True, False])
+def test_only_handlers_that_compute_let_others_go_first(address, computes):
+    seen = []
+
+    def sample(request: SampleScene) -> Sampled:
+        seen.append(os.getpriority(os.PRIO_PROCESS, threading.get_native_id()))
+        return scene_for(request.seed)
+
+    with serving(address, {SampleScene: sample}, computes=computes), client_of(address) as client:
+        client.call(ask(1))
+    usual = os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
+    assert seen == [max(10, usual) if computes else usual]
 
 
 def test_a_failpoint_is_reached_between_an_answer_and_its_way_out(address):
