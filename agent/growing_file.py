@@ -33,6 +33,7 @@ class GrowingFile:
         self._written = length
         self._digest = _digest_of(path, length)
         self._waiting: list[bytes] = []
+        self._length = length
 
     @property
     def mark(self) -> FileMark:
@@ -42,11 +43,12 @@ class GrowingFile:
     @property
     def length(self) -> int:
         """Bytes, those that wait included."""
-        return self._written + sum(map(len, self._waiting))
+        return self._length
 
     def add(self, data: bytes) -> None:
         """Keep for writing."""
         self._waiting.append(data)
+        self._length += len(data)
 
     def write(self) -> None:
         """Write what waits, so that readers see it; all of it or, with an OSError, nothing."""

@@ -44,6 +44,7 @@ def test_a_run_is_trained_and_evaluated_over_sockets(run: Path, tmp_path: Path) 
     with analytic_workers(tmp_path) as workers:
         summary = train_run(run, workers)
         evaluation = evaluate_run(run, workers, episodes=None, names=())
+    assert summary is not None
     assert (summary.steps, summary.late_replies, summary.retries) == (20, 0, 0)
     assert summary.stages["transport"] > 0.0
     assert evaluation is not None

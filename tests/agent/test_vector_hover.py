@@ -5,11 +5,13 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError, ResetNeeded
+from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode
 
 import agent  # noqa: F401 (registers the environment)
 from agent.episode_seeds import episode_seed
 from agent.hover import Hover
+from agent.state_tree import join, split
 from agent.vector_hover import VectorHover
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput, WorkerLost
@@ -28,6 +30,33 @@ def test_gymnasium_makes_one_by_its_name(eyes: AnalyticEyes) -> None:
     observations, _ = env.reset(seed=0)
     assert env.observation_space.contains(observations)
     assert env.action_space.shape == (2, 3)
+
+
+def test_an_environment_restored_flies_on_to_the_bit(eyes: AnalyticEyes) -> None:
+    """Over the ends of flights, so that the numbers of those that follow count too."""
+    one, other = VectorHover(eyes, config=SHORT), VectorHover(eyes, config=SHORT)
+    one.reset(seed=7)
+    for step in range(6):
+        one.step(actions_of(step))
+    other.reset(seed=8)
+    other.restore(join(*split(one.state())))
+    assert np.array_equal(other.observations, one.observations)
+    for step in range(6, 16):
+        steps = [env.step(actions_of(step)) for env in (one, other)]
+        for found, expected in zip(*steps, strict=True):
+            assert data_equivalence(found, expected)
+    for space in (lambda env: env.action_space, lambda env: env.single_action_space):
+        assert np.array_equal(space(one).sample(), space(other).sample())
+    assert one.np_random.random() == other.np_random.random()
+
+
+def test_the_seed_of_a_run_is_that_of_the_action_spaces_as_well(eyes: AnalyticEyes) -> None:
+    samples = []
+    for seed in (7, 7, 8):
+        env = VectorHover(eyes, config=SHORT)
+        env.reset(seed=seed)
+        samples.append((env.action_space.sample().tolist(), env.single_action_space.sample().tolist()))
+    assert samples[0] == samples[1] != samples[2]
 
 
 def test_each_drone_flies_as_it_would_alone(eyes: AnalyticEyes) -> None:

@@ -1,0 +1,158 @@
+"""What checkpoints cost, and what it costs to go on from one, with much and with more in the replay memory.
+
+    python -m benchmarks.checkpointing
+
+The memory and its journal are filled with made-up steps. Between two checkpoints come as many new steps as in a
+training of the default configuration; the share is of the time that these take in the loop, whose speed is given.
+"""
+
+import argparse
+import statistics
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from msgspec import Struct
+from rich.console import Console
+
+from agent.checkpoint import REPLAY, Content, Grown
+from agent.checkpoints import Checkpoints
+from agent.growing_file import GrowingFile
+from agent.learner import Learner, Transition, make_learner
+from agent.replay_journal import ReplayJournal
+from agent.spaces import ACTION_SIZE, OBSERVATION_SIZE
+from agent.weights import FILE_NAME, save_weights
+from benchmarks.machine import machine_kind
+from protocol.config import LearnerConfig, RunConfig, SacConfig
+
+_MIB = 1024**2
+
+
+class Cost(Struct, frozen=True, kw_only=True):
+    """Seconds, and bytes on the disk."""
+
+    transitions: int
+    checkpoints: list[float]
+    resume: float
+    checkpoint_bytes: int
+    journal_bytes: int
+
+
+def measure(directory: Path, transitions: int, checkpoints: int) -> Cost:
+    """Fill a memory of so many transitions, then write checkpoints as a training does, and go on from the last."""
+    config = RunConfig(learner=LearnerConfig(sac=SacConfig(memory=transitions)))
+    drones, every = config.environment.num_envs, config.training.checkpoint_every
+    learner = make_learner(config.learner, config.environment, seed=0)
+    store, rng = Checkpoints(directory / "checkpoints", config), np.random.default_rng(0)
+    with ReplayJournal(directory / REPLAY, drones) as journal:
+        episodes = GrowingFile(directory / "episodes.jsonl")
+
+        def fly(steps: int) -> None:
+            for _ in range(steps):
+                transition = _made_up(rng, drones)
+                learner.observe(transition)
+                journal.append(transition)
+
+        def sync() -> Grown:
+            episodes.sync()
+            return Grown(episodes=episodes.mark, replay=journal.sync())
+
+        fly(transitions // drones)
+        journal.sync()
+        # Some updates, so that the optimisers have something to keep.
+        learner.updates = transitions - config.learner.sac.batch - 8
+        learner.learn()
+        seconds: list[float] = []
+        for number in range(checkpoints):
+            fly(every // drones)
+            step = transitions + (number + 1) * every
+
+            def keep(step: int = step) -> None:
+                store.write(_content(learner, step), sync)
+                save_weights(directory / FILE_NAME, learner.weights(), {})
+
+            seconds.append(_seconds_of(keep))
+    return Cost(
+        transitions=transitions,
+        checkpoints=seconds,
+        resume=_seconds_of(lambda: resume(directory, config)),
+        checkpoint_bytes=_size(max((directory / "checkpoints").iterdir())),
+        journal_bytes=_size(directory / REPLAY),
+    )
+
+
+def resume(directory: Path, config: RunConfig) -> None:
+    """Verify all that the newest checkpoint names, and fill a learner from it."""
+    newest = Checkpoints(directory / "checkpoints", config).newest()
+    if newest is None:
+        return
+    newest.require_grown(directory)
+    learner = make_learner(config.learner, config.environment, seed=0)
+    learner.load_weights(newest.weights())
+    learner.restore(newest.state()["learner"])
+    with ReplayJournal(directory / REPLAY, config.environment.num_envs, newest.manifest.grown.replay) as journal:
+        learner.recall(journal.last(learner.memory_steps))
+
+
+def _content(learner: Learner, step: int) -> Content:
+    return Content(
+        step=step,
+        mean_return=None,
+        weights=learner.weights(),
+        about={},
+        state={"learner": learner.state()},
+        measured={},
+    )
+
+
+def _made_up(rng: np.random.Generator, drones: int) -> Transition:
+    return Transition(
+        observations=rng.random((drones, OBSERVATION_SIZE), np.float32),
+        actions=rng.random((drones, ACTION_SIZE), np.float32),
+        rewards=rng.random(drones),
+        next_observations=rng.random((drones, OBSERVATION_SIZE), np.float32),
+        terminated=np.zeros(drones, bool),
+        truncated=np.zeros(drones, bool),
+    )
+
+
+def _seconds_of(work: Callable[[], None]) -> float:
+    begun = time.perf_counter()
+    work()
+    return time.perf_counter() - begun
+
+
+def _size(directory: Path) -> int:
+    return sum(path.stat().st_size for path in directory.iterdir())
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.checkpointing", description=__doc__)
+    parser.add_argument("--transitions", type=int, nargs="+", default=[100_000, 1_000_000])
+    parser.add_argument("--checkpoints", type=int, default=40)
+    parser.add_argument("--pace", type=float, default=13.0, help="environment steps a second of the loop")
+    parser.add_argument("--in", dest="directory", type=Path, help="a directory on the disk to measure")
+    options = parser.parse_args()
+    interval = RunConfig().training.checkpoint_every / options.pace
+    console = Console(soft_wrap=True)
+    console.print(f"machine: {machine_kind()}; a checkpoint each {interval:.1f} s")
+    console.print(
+        "| transitions | checkpoint, median ms | worst ms | share of training | at worst | to go on, s "
+        "| checkpoint, MiB | journal, MiB |\n|---:|---:|---:|---:|---:|---:|---:|---:|"
+    )
+    for transitions in options.transitions:
+        with tempfile.TemporaryDirectory(dir=options.directory) as directory:
+            cost = measure(Path(directory), transitions, options.checkpoints)
+        median, worst = statistics.median(cost.checkpoints), max(cost.checkpoints)
+        console.print(
+            f"| {transitions} | {1e3 * median:.0f} | {1e3 * worst:.0f} | {median / interval:.3%} "
+            f"| {worst / interval:.3%} | {cost.resume:.1f} | {cost.checkpoint_bytes / _MIB:.1f} "
+            f"| {cost.journal_bytes / _MIB:.0f} |"
+        )
+
+
+if __name__ == "__main__":
+    main()
