@@ -190,7 +190,8 @@ class Supervisor:
             ward.over = True
         elif code == ExitCode.HOPELESS:
             raise ProcessFailed(life.process.obituary())
-        elif life.draining is not None and life.hang is None:
+        elif life.draining is not None:
+            # Even if it had to be killed: it was to end anyway.
             self._again(ward, life.draining, pause=0.0, planned=True)
         else:
             self._again(ward, life.hang or life.process.obituary(), self._pause(ward, life), planned=False)

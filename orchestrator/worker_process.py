@@ -87,8 +87,8 @@ class WorkerProcess:
 
     def ask_to_stop(self) -> None:
         """SIGTERM: workers finish what is in hand, the agent writes what it learned."""
-        # First: to a process that stands still the system delivers a signal through any of its threads, once it goes on,
-        # and Python sees it only when the main thread is woken.
+        # First: to a process that stands still the system delivers a signal through any of its threads, once it goes
+        # on, and Python sees it only when the main thread is woken.
         send_signal(self._handle, signal.SIGCONT)
         send_signal(self._handle, signal.SIGTERM)
 

@@ -11,11 +11,13 @@ import zmq
 from protocol.address import ipc_path
 from protocol.limits import DEFAULT_LIMITS, MIB
 
-PATIENCE = 5.0
+PATIENCE = 0.5
+"""Seconds of silence after which nothing more is expected of the other side."""
 LINGER_MS = 5000
 GREETING = b"\xff" + bytes(8) + b"\x7f" + bytes((3, 1)) + b"NULL".ljust(20, b"\0") + bytes(32)
 """How a ZMTP 3.1 connection without keys begins."""
-READY = b"\x04\x19\x05READY\x0bSocket-Type\x00\x00\x00\x06DEALER"[:27]
+_ABOUT = b"\x05READY" + b"\x0bSocket-Type" + struct.pack(">I", 6) + b"DEALER"
+READY = bytes((4, len(_ABOUT))) + _ABOUT
 LONG_FRAME = b"\x02"
 PRELUDE = struct.pack("<HH", 1, 18)
 """A `Render` of version 1."""
@@ -64,11 +66,12 @@ def send_messages(address: str, messages: Iterator[list[bytes]]) -> None:
 
 
 def send_bytes(address: str, texts: Sequence[bytes]) -> None:
-    """Each on a connection of its own; whoever hangs up on us may."""
+    """Each on a connection of its own, which stays open until the other side has said all that it has to say to it."""
     for text in texts:
         with contextlib.suppress(OSError), _connected(address) as stranger:
             stranger.sendall(text)
-            stranger.recv(4096)
+            while stranger.recv(4096):
+                continue
 
 
 def _connected(address: str) -> socket.socket:

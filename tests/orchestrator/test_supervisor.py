@@ -22,7 +22,9 @@ from protocol.errors import DeadlineExceeded
 from protocol.messages import Role, SampleScene
 from protocol.timeouts import Timeouts
 
-FAST = Timeouts(heartbeat=0.1, startup=30.0, liveness=1.0, progress=1.5)
+FAST = Timeouts(heartbeat=0.1, startup=60.0, liveness=15.0, progress=30.0)
+IMPATIENT = Timeouts(heartbeat=0.1, startup=60.0, liveness=1.0, progress=30.0)
+"""For what is to be found silent; on a busy machine others may be taken for it as well."""
 PATIENCE = 30.0
 
 
@@ -102,7 +104,7 @@ def test_the_first_look_after_a_death_starts_the_successor(care, launch):
 
 @pytest.mark.slow
 def test_a_stopped_worker_is_killed_and_replaced(care, launch):
-    cared = care()
+    cared = care(IMPATIENT)
     first = cared.start_ready(launch("serves_nothing"))
     os.kill(first.pid, signal.SIGSTOP)
     cared.look_until_replaced(first)
@@ -112,7 +114,7 @@ def test_a_stopped_worker_is_killed_and_replaced(care, launch):
 
 @pytest.mark.slow
 def test_an_agent_that_was_stopped_before_it_was_ever_heard_of_is_killed_and_replaced(care, tmp_path):
-    cared = care()
+    cared = care(IMPATIENT)
     first = cared.supervisor.start(agent("import time; time.sleep(600)"), lambda _: False)
     os.kill(first.pid, signal.SIGSTOP)
     cared.look_until(lambda: cared.noted)
@@ -134,7 +136,7 @@ def test_a_worker_in_an_endless_handler_is_killed_and_replaced_though_it_answers
 
 @pytest.mark.slow
 def test_a_slow_worker_is_left_alone(care, launch):
-    cared = care(Timeouts(heartbeat=0.1, startup=30.0, liveness=20.0, progress=2.0))
+    cared = care(Timeouts(heartbeat=0.1, startup=30.0, liveness=20.0, progress=3.0))
     slow = launch("samples", "0.5")
     first = cared.start_ready(slow)
     with asking(slow) as client:
@@ -172,10 +174,10 @@ def test_a_spent_budget_ends_everything_with_the_reason_and_the_last_words(care,
 
 @pytest.mark.slow
 def test_a_worker_that_never_gets_ready_runs_out_of_the_startup_clock(care, launch):
-    cared = care(Timeouts(heartbeat=0.1, startup=2.0))
+    cared = care(Timeouts(heartbeat=0.1, startup=4.0))
     cared.supervisor.start(launch("never_gets_ready"))
     with pytest.raises(
-        DeadlineExceeded, match=r"render-0 did not get ready within 2 s; .* said last: .*render-0.jsonl"
+        DeadlineExceeded, match=r"render-0 did not get ready within 4 s; .* said last: .*render-0.jsonl"
     ):
         cared.look_until(lambda: False)
 
@@ -276,7 +278,7 @@ def test_a_stopped_worker_that_was_left_behind_is_found_out(care, launch, tmp_pa
     earlier = WorkerProcess.start(wanted, tmp_path / "render-0.jsonl", {})
     wait_until(lambda: Path(str(wanted.address).removeprefix("ipc://")).exists())
     os.kill(earlier.pid, signal.SIGSTOP)
-    cared = care(Timeouts(heartbeat=0.1, startup=2.0, liveness=1.0), LeftBehind((), [wanted], {"render-0"}))
+    cared = care(IMPATIENT, LeftBehind((), [wanted], {"render-0"}))
     taken = cared.supervisor.start(wanted)
     cared.look_until_replaced(taken)
     assert earlier.exit_code == -signal.SIGKILL

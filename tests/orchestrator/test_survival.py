@@ -13,7 +13,7 @@ STEPS = 150
 CONFIG = """
 [timeouts]
 heartbeat = 0.1
-liveness = 2.0
+liveness = {liveness}
 grace = {grace}
 
 [training]
@@ -35,9 +35,9 @@ class Rehearsal:
         self.path = command.folder / "one"
         self.run = RunDirectory(self.path)
 
-    def train(self, *options: str, steps: int = STEPS, grace: float = 30.0, rooms=()):
+    def train(self, *options: str, steps: int = STEPS, grace: float = 30.0, liveness: float = 5.0, rooms=()):
         """Start a training, and wait until the agent has begun."""
-        (self.command.folder / "short.toml").write_text(CONFIG.format(steps=steps, grace=grace))
+        (self.command.folder / "short.toml").write_text(CONFIG.format(steps=steps, grace=grace, liveness=liveness))
         child = self.command.start("train", "short.toml", "--run", "one", "--json", *options, rooms=rooms)
         self.wait_until(lambda: self.run.progress() is not None or child.poll() is not None)
         assert child.poll() is None, child.communicate()[1]
@@ -90,12 +90,12 @@ def test_a_training_goes_on_after_any_process_was_stopped_for_good(rehearsal, na
     os.kill(rehearsal.pid(name), signal.SIGSTOP)
     report = finished(child)
     assert (report["steps"], report["restarts"]) == (STEPS, {name: 1})
-    assert "hung (not heard of for 2 s)" in rehearsal.run.restarts()[0].reason
+    assert "hung (not heard of for 5 s)" in rehearsal.run.restarts()[0].reason
 
 
 @pytest.mark.slow
 def test_an_orchestrator_that_was_stopped_for_a_while_takes_nobody_for_hung(rehearsal):
-    child = rehearsal.train(steps=600)
+    child = rehearsal.train(steps=600, liveness=2.0)
     os.kill(child.pid, signal.SIGSTOP)
     here = rehearsal.steps()
     # Longer than the liveness clock of every other process.
@@ -265,7 +265,7 @@ def test_a_run_has_one_orchestrator_and_an_abandoned_training_no_evaluation(rehe
 @pytest.mark.slow
 def test_a_process_that_fails_for_ever_ends_the_run_with_its_words(rehearsal):
     (rehearsal.command.folder / "short.toml").write_text(
-        CONFIG.format(steps=STEPS, grace=30.0) + "[supervision]\nrestarts = 2\nfirst_backoff = 0.1\n"
+        CONFIG.format(steps=STEPS, grace=30.0, liveness=5.0) + "[supervision]\nrestarts = 2\nfirst_backoff = 0.1\n"
     )
     done = rehearsal.command.run("train", "short.toml", "--run", "one", rooms=("render_crashes_at_start",))
     assert done.returncode == 1

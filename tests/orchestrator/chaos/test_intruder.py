@@ -4,6 +4,8 @@ import socket
 import pytest
 
 from orchestrator.chaos.intruder import (
+    GREETING,
+    READY,
     garbage_bytes,
     garbage_messages,
     oversized_bytes,
@@ -48,6 +50,12 @@ def test_garbage_comes_through_to_the_worker_and_ends_nobody(rehearsed, worker):
     rehearsed.wait(lambda: pong_of(worker).malformed >= before.malformed + 10, "garbage was counted")
     assert pong_of(worker).incarnation == before.incarnation
     assert is_alive(worker)
+
+
+def test_bare_bytes_get_as_far_as_to_be_taken_for_a_message(rehearsed, worker):
+    before = pong_of(worker)
+    send_bytes(worker.address, (GREETING + READY + b"\x00\x01?",))
+    rehearsed.wait(lambda: pong_of(worker).malformed == before.malformed + 1, "it was counted")
 
 
 def test_oversized_messages_come_through_to_the_worker_and_end_nobody(rehearsed, worker):
