@@ -40,7 +40,8 @@ class _Sentences(TyperGroup):
             return super().invoke(ctx)
         except VantageError as error:
             style = "yellow" if isinstance(error, Interrupted) else "bold red"
-            Console(stderr=True).print(str(error), style=style, markup=False, highlight=False, soft_wrap=True)
+            sentences = "\n".join((str(error), *getattr(error, "__notes__", ())))
+            Console(stderr=True).print(sentences, style=style, markup=False, highlight=False, soft_wrap=True)
             raise typer.Exit(_exit_code(error)) from error
 
 

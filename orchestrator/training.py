@@ -33,6 +33,7 @@ from orchestrator.stop_request import StopRequest
 from orchestrator.supervisor import Supervisor
 from orchestrator.ward import IsDone
 from orchestrator.worker_process import WorkerProcess
+from protocol.errors import VantageError
 from protocol.messages import Role
 from protocol.timeouts import Timeouts
 
@@ -75,7 +76,9 @@ def train(run: RunDirectory, *, display: Display, stop: StopRequest) -> None:
     with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
         cast = _cast_to_finish(run, sockets)
         # Who serves at our sockets now was started on another run of this path, and has loaded what that was told.
-        _perform(run, sockets, cast, LeftBehind((), (*cast.workers, *cast.agents), ()), display, stop)
+        left_behind = LeftBehind((), (*cast.workers, *cast.agents), ())
+        with _telling_how_to_go_on(run):
+            _perform(run, sockets, cast, left_behind, display, stop)
 
 
 def resume(run: RunDirectory, *, display: Display, stop: StopRequest) -> None:
@@ -87,7 +90,8 @@ def resume(run: RunDirectory, *, display: Display, stop: StopRequest) -> None:
     """
     with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
         cast = _cast_to_finish(run, sockets)
-        _perform(run, sockets, cast, _left_behind(run, cast), display, stop)
+        with _telling_how_to_go_on(run):
+            _perform(run, sockets, cast, _left_behind(run, cast), display, stop)
 
 
 def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopRequest) -> None:
@@ -127,6 +131,15 @@ def _workers_and_training(run: RunDirectory, sockets: Path) -> tuple[tuple[Launc
 
 def _left_behind(run: RunDirectory, cast: Cast) -> LeftBehind:
     return LeftBehind(run.processes(), (*cast.workers, *cast.agents), cast.adoptable())
+
+
+@contextmanager
+def _telling_how_to_go_on(run: RunDirectory) -> Generator[None]:
+    try:
+        yield
+    except VantageError as error:
+        error.add_note(f"go on with the run by 'orchestrator resume {run.path}'")
+        raise
 
 
 def _perform(

@@ -269,7 +269,8 @@ def test_a_process_that_fails_for_ever_ends_the_run_with_its_words(rehearsal):
     )
     done = rehearsal.command.run("train", "short.toml", "--run", "one", rooms=("render_crashes_at_start",))
     assert done.returncode == 1
-    said = done.stderr.splitlines()[-1]
+    said, then = done.stderr.splitlines()[-2:]
     assert said.startswith("render-0 was killed by SIGABRT: out of paint (log: one/logs/render-0.jsonl)")
     assert said.endswith("it was started again 2 times within 60 s already")
+    assert then == "go on with the run by 'orchestrator resume one'"
     assert rehearsal.command.alive() == set()
