@@ -4,14 +4,14 @@ import contextlib
 import random
 import socket
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import zmq
 
 from protocol.address import ipc_path
 from protocol.limits import DEFAULT_LIMITS, MIB
 
-PATIENCE = 0.5
+PATIENCE = 0.2
 """Seconds of silence after which nothing more is expected of the other side."""
 LINGER_MS = 5000
 GREETING = b"\xff" + bytes(8) + b"\x7f" + bytes((3, 1)) + b"NULL".ljust(20, b"\0") + bytes(32)
@@ -42,17 +42,18 @@ def oversized_messages() -> Iterator[list[bytes]]:
     yield [PRELUDE, b"\x80", b"\x80", bytes(DEFAULT_LIMITS.part_bytes + MIB)]
 
 
-def garbage_bytes(rng: random.Random) -> Iterator[bytes]:
-    """What a stranger may say to the bare socket: nothing we know, and a greeting that goes wrong."""
-    yield rng.randbytes(4096)
-    yield b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
-    yield GREETING + rng.randbytes(4096)
-    yield GREETING[:20]
+def garbage_talks(rng: random.Random) -> Iterator[tuple[bytes, ...]]:
+    """What a stranger may say to the bare socket, piece by piece: nothing we know, and handshakes that go wrong."""
+    yield (rng.randbytes(4096),)
+    yield (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n",)
+    yield (GREETING[:20],)
+    yield GREETING, rng.randbytes(4096)
+    yield GREETING, READY, rng.randbytes(4096)
 
 
-def oversized_bytes() -> Iterator[bytes]:
+def oversized_talks() -> Iterator[tuple[bytes, ...]]:
     """A frame that is announced as larger than any memory."""
-    yield GREETING + READY + LONG_FRAME + struct.pack(">Q", 2**62) + bytes(4096)
+    yield GREETING, READY, LONG_FRAME + struct.pack(">Q", 2**62) + bytes(4096)
 
 
 def send_messages(address: str, messages: Iterator[list[bytes]]) -> None:
@@ -65,13 +66,20 @@ def send_messages(address: str, messages: Iterator[list[bytes]]) -> None:
                 dealer.send_multipart(message)
 
 
-def send_bytes(address: str, texts: Sequence[bytes]) -> None:
-    """Each on a connection of its own, which stays open until the other side has said all that it has to say to it."""
-    for text in texts:
+def talk(address: str, talks: Iterator[tuple[bytes, ...]]) -> None:
+    """Each on a connection of its own; between two pieces the other side may answer, or hang up."""
+    for pieces in talks:
         with contextlib.suppress(OSError), _connected(address) as stranger:
-            stranger.sendall(text)
-            while stranger.recv(4096):
-                continue
+            for piece in pieces:
+                stranger.sendall(piece)
+                _listen(stranger)
+
+
+def _listen(stranger: socket.socket) -> None:
+    # ZeroMQ ends a connection on which a message comes before it has said itself that it is ready.
+    with contextlib.suppress(TimeoutError):
+        while stranger.recv(4096):
+            continue
 
 
 def _connected(address: str) -> socket.socket:

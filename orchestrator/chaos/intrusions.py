@@ -5,12 +5,12 @@ from collections.abc import Callable
 
 from orchestrator.chaos.errors import InvariantBroken
 from orchestrator.chaos.intruder import (
-    garbage_bytes,
     garbage_messages,
-    oversized_bytes,
+    garbage_talks,
     oversized_messages,
-    send_bytes,
+    oversized_talks,
     send_messages,
+    talk,
 )
 from orchestrator.chaos.invariants import require_unhurt
 from orchestrator.chaos.pings import ping
@@ -64,7 +64,7 @@ def garbage(chance: float) -> Intrusion:
 
     def intrude(address: str) -> None:
         send_messages(address, garbage_messages(rng))
-        send_bytes(address, tuple(garbage_bytes(rng)))
+        talk(address, garbage_talks(rng))
 
     return Intrusion(intrude)
 
@@ -74,7 +74,7 @@ def oversized(_chance: float) -> Intrusion:
 
     def intrude(address: str) -> None:
         send_messages(address, oversized_messages())
-        send_bytes(address, tuple(oversized_bytes()))
+        talk(address, oversized_talks())
 
     return Intrusion(intrude)
 

@@ -6,12 +6,12 @@ import pytest
 from orchestrator.chaos.intruder import (
     GREETING,
     READY,
-    garbage_bytes,
     garbage_messages,
-    oversized_bytes,
+    garbage_talks,
     oversized_messages,
-    send_bytes,
+    oversized_talks,
     send_messages,
+    talk,
 )
 from orchestrator.chaos.pings import answers, ping
 from orchestrator.heartbeat import is_alive
@@ -46,7 +46,7 @@ def unused_port():
 def test_garbage_comes_through_to_the_worker_and_ends_nobody(rehearsed, worker):
     before = pong_of(worker)
     send_messages(worker.address, garbage_messages(random.Random(1)))
-    send_bytes(worker.address, tuple(garbage_bytes(random.Random(1))))
+    talk(worker.address, garbage_talks(random.Random(1)))
     rehearsed.wait(lambda: pong_of(worker).malformed >= before.malformed + 10, "garbage was counted")
     assert pong_of(worker).incarnation == before.incarnation
     assert is_alive(worker)
@@ -54,14 +54,14 @@ def test_garbage_comes_through_to_the_worker_and_ends_nobody(rehearsed, worker):
 
 def test_bare_bytes_get_as_far_as_to_be_taken_for_a_message(rehearsed, worker):
     before = pong_of(worker)
-    send_bytes(worker.address, (GREETING + READY + b"\x00\x01?",))
+    talk(worker.address, iter([(GREETING, READY, b"\x00\x01?")]))
     rehearsed.wait(lambda: pong_of(worker).malformed == before.malformed + 1, "it was counted")
 
 
 def test_oversized_messages_come_through_to_the_worker_and_end_nobody(rehearsed, worker):
     before = pong_of(worker)
     send_messages(worker.address, oversized_messages())
-    send_bytes(worker.address, tuple(oversized_bytes()))
+    talk(worker.address, oversized_talks())
     rehearsed.wait(lambda: pong_of(worker).malformed >= before.malformed + 3, "they were counted")
     after = pong_of(worker)
     assert after.incarnation == before.incarnation
