@@ -13,6 +13,7 @@ from orchestrator.heartbeat import Health
 from orchestrator.launch import Launch
 from orchestrator.left_behind import LeftBehind, nobody
 from orchestrator.pulse import AgentPulse, Pulse, WorkerPulse, ended
+from orchestrator.recycling import reason_to_recycle
 from orchestrator.registry import Registry
 from orchestrator.restart import Restart, count_restarts
 from orchestrator.restart_budget import RestartBudget
@@ -23,7 +24,6 @@ from orchestrator.worker_process import WorkerProcess
 from protocol.config import SupervisionConfig
 from protocol.errors import DeadlineExceeded
 from protocol.exit_code import ExitCode
-from protocol.messages import Pong
 from protocol.records import Progress
 from protocol.timeouts import Timeouts
 
@@ -230,22 +230,11 @@ class Supervisor:
         for ward in workers:
             if ward.life is None or not isinstance(ward.life.pulse, WorkerPulse):
                 continue
-            why = self._reason_to_recycle(ward.life.pulse.pong)
+            why = reason_to_recycle(ward.life.pulse.pong, self._config)
             if why is not None:
                 ward.life.draining = f"{ward.name} {why} and is replaced"
                 ward.life.pulse.drain()
                 return
-
-    def _reason_to_recycle(self, pong: Pong | None) -> str | None:
-        # A limit below what a fresh worker takes must not end all work: each one answers something.
-        if pong is None or pong.progress == 0:
-            return None
-        most, requests = self._config.recycle_bytes, self._config.recycle_requests
-        if most and pong.resident_bytes > most:
-            return f"takes {pong.resident_bytes / 2**20:.0f} MiB, more than {most / 2**20:.0f}"
-        if requests and pong.progress >= requests:
-            return f"has answered {pong.progress} requests"
-        return None
 
 
 def _not_ready(worker: WorkerProcess, startup: float) -> str:

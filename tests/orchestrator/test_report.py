@@ -5,6 +5,7 @@ import msgspec
 from rich.console import Console
 
 from orchestrator.report import report_view, training_report
+from orchestrator.restart import Restart
 from protocol.records import Evaluation, Interval, PolicyScore, Stage, Summary
 
 SUMMARY = Summary(
@@ -52,6 +53,16 @@ def test_a_report_has_every_stage_even_one_that_was_not_measured(run):
     assert tuple(report.stages) == get_args(Stage)
     assert (report.stages["render"], report.stages["infer"]) == (0.05, None)
     assert (report.run, report.steps, report.evaluation) == (str(run.path), 2000, None)
+
+
+def test_a_report_counts_restarts_and_replacements_by_process(run):
+    (run.path / "summary.json").write_bytes(msgspec.json.encode(SUMMARY))
+    for process, planned in (("render-0", False), ("agent", False), ("render-0", False), ("render-0", True)):
+        run.note_restart(Restart(time=1.0, process=process, reason="it ended", planned=planned))
+    report = training_report(run, interrupted=False)
+    assert report is not None
+    assert (report.restarts, report.recycled) == ({"agent": 1, "render-0": 2}, {"render-0": 1})
+    assert "restarts: agent 1, render-0 2" in text_of(report)
 
 
 def test_a_report_for_people_ends_with_the_evaluation(run):

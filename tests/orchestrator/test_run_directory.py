@@ -9,11 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orchestrator.errors import NoSuchRun, RunBusy, RunError, RunExists
-from orchestrator.run_directory import ProcessRecord, RunDirectory, default_run_path, newest_run, resolved_toml
+from orchestrator.restart import Restart
+from orchestrator.run_directory import Plan, ProcessRecord, RunDirectory, default_run_path, newest_run, resolved_toml
 from protocol.config import EvaluationConfig, PerceptionConfig, RunConfig, TrainingConfig
 from protocol.errors import InvalidConfig
 from protocol.messages import Role
-from protocol.records import Progress
+from protocol.records import Evaluation, Progress, Summary
 
 
 def progress(step: int) -> bytes:
@@ -116,6 +117,59 @@ def test_processes_read_back_as_they_were_written(run):
     )
     run.write_processes([record])
     assert run.processes() == (record,)
+
+
+def test_restarts_read_back_in_their_order_and_one_that_is_being_written_is_passed_over(run):
+    restarts = [Restart(time=float(number), process="agent", reason="it ended") for number in range(3)]
+    for restart in restarts:
+        run.note_restart(restart)
+    with run.restarts_path.open("ab") as file:
+        file.write(b'{"time": 3.0, "pro')
+    assert run.restarts() == tuple(restarts)
+
+
+def summary(*, complete: bool) -> bytes:
+    return msgspec.json.encode(
+        Summary(
+            steps=1,
+            episodes=1,
+            updates=1,
+            seconds=1.0,
+            steps_per_second=1.0,
+            stages={},
+            late_replies=0,
+            retries=0,
+            complete=complete,
+        )
+    )
+
+
+def test_a_training_is_over_only_when_all_its_steps_are_flown(run):
+    assert not run.is_trained()
+    run.summary_path.write_bytes(summary(complete=False))
+    assert not run.is_trained()
+    run.summary_path.write_bytes(summary(complete=True))
+    assert run.is_trained()
+
+
+def test_an_evaluation_counts_only_for_what_was_trained_before_it(run):
+    run.evaluation_path.write_bytes(msgspec.json.encode(Evaluation(first_seed=1, success_threshold=1.6, scores=())))
+    os.utime(run.evaluation_path, (100.0, 100.0))
+    run.summary_path.write_bytes(summary(complete=True))
+    os.utime(run.summary_path, (50.0, 50.0))
+    assert run.is_evaluated()
+    assert run.is_evaluated(since=99.0)
+    assert not run.is_evaluated(since=101.0)
+    os.utime(run.summary_path, (150.0, 150.0))
+    assert not run.is_evaluated()
+
+
+def test_a_run_is_finished_when_all_that_was_planned_is_done(tmp_path, versions):
+    with_evaluation = RunDirectory.create(tmp_path / "a", RunConfig(), versions, Plan(evaluate=True))
+    without = RunDirectory.create(tmp_path / "b", RunConfig(), versions, Plan(evaluate=False))
+    for run in (with_evaluation, without):
+        run.summary_path.write_bytes(summary(complete=True))
+    assert (with_evaluation.is_finished(), without.is_finished()) == (False, True)
 
 
 def test_only_one_orchestrator_works_on_a_run(run):

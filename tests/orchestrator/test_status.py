@@ -5,10 +5,11 @@ import psutil
 import pytest
 from rich.console import Console
 
-from orchestrator.run_directory import ProcessRecord
+from orchestrator.restart import Restart
+from orchestrator.run_directory import Plan, ProcessRecord
 from orchestrator.status import run_status, status_view
 from orchestrator.worker_process import WorkerProcess
-from protocol.records import Progress
+from protocol.records import Progress, Summary
 
 
 def record_of(process: WorkerProcess) -> ProcessRecord:
@@ -71,6 +72,36 @@ def test_a_run_whose_orchestrator_was_killed_is_abandoned(run, worker, wait_unti
     status = run_status(run, patience=10.0)
     assert status.state == "abandoned"
     assert "its orchestrator is gone" in text_of(status)
+    assert "'orchestrator resume" in text_of(status)
+
+
+def test_restarts_are_counted_and_replacements_are_not(run, worker):
+    run.write_processes([record_of(worker)])
+    for planned in (False, True, False):
+        run.note_restart(Restart(time=1.0, process="render-0", reason="hung", planned=planned))
+    status = run_status(run, patience=0.0)
+    assert (status.restarts, status.workers[0].restarts) == ({"render-0": 2}, 2)
+
+
+def test_a_run_that_was_stopped_is_to_be_resumed_and_a_finished_one_is_not(run):
+    def status_after(*, complete: bool) -> str:
+        summary = Summary(
+            steps=1,
+            episodes=1,
+            updates=1,
+            seconds=1.0,
+            steps_per_second=1.0,
+            stages={},
+            late_replies=0,
+            retries=0,
+            complete=complete,
+        )
+        run.summary_path.write_bytes(msgspec.json.encode(summary))
+        return text_of(run_status(run))
+
+    (run.path / "plan.json").write_bytes(msgspec.json.encode(Plan(evaluate=False)))
+    assert "it has not come to its end" in status_after(complete=False)
+    assert "it has not come to its end" not in status_after(complete=True)
 
 
 def test_a_run_that_never_began_says_so(run):
