@@ -14,8 +14,8 @@ from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.chaos.scenario import Scenario
 from protocol.messages import Role
 
-LONGEST = 3.0
-"""Seconds past the first checkpoint that was tried."""
+SHORTEST, LONGEST = 1.0, 3.0
+"""Seconds past the beginning of the first checkpoint that is tried, so that its writing falls into them."""
 CHECKPOINT = "checkpoint-opened"
 """The failpoint at which we learn that one is tried."""
 
@@ -34,7 +34,7 @@ class FullDisk(Scenario):
     """
 
     def __init__(self, chance: float) -> None:
-        self._seconds = chance * LONGEST
+        self._seconds = SHORTEST + chance * (LONGEST - SHORTEST)
         self._limited: dict[int, tuple[int, int]] = {}
 
     def setup(self, run: RehearsedRun) -> None:

@@ -131,7 +131,7 @@ def writer(start, rehearsed, tmp_path):
 
 def test_a_full_disk_fails_every_write_of_the_agent_and_ends(rehearsed, writer):
     rehearsed.wait(lambda: writer() == {"ok"}, "it wrote")
-    scenario = FullDisk(0.1)
+    scenario = FullDisk(0.0)
     scenario.setup(rehearsed)
     scenario.fault(rehearsed)
     assert writer() == {"ok", "File too large"}
