@@ -37,7 +37,7 @@ def train_run(run: Path, workers: Workers, failpoint: Failpoint = no_failpoint) 
 
     Raises:
         InvalidConfig: see `protocol.errors`.
-        ResumeRefused: see `agent.errors`; nothing was changed.
+        ResumeRefused, RunInUse: see `agent.errors`; nothing was changed.
         DeadlineExceeded, CallFailed: the workers are gone; what was flown so far is kept.
     """
     config = load_config(run / "config.toml")

@@ -6,6 +6,9 @@ InvalidInput
     ├── NewerFormat         a later version of Vantage wrote them
     ├── JournalDamaged      a file that the checkpoint names is missing, cut off, or was written to
     └── NoWholeCheckpoint   there are checkpoints, and all of them are damaged
+
+OSError
+└── RunInUse              another process trains in the run directory; it may end
 """
 
 from protocol.errors import InvalidInput
@@ -29,3 +32,7 @@ class JournalDamaged(ResumeRefused):
 
 class NoWholeCheckpoint(ResumeRefused):
     """There are checkpoints, and all of them are damaged."""
+
+
+class RunInUse(OSError):
+    """Another process trains in the run directory; it may end."""

@@ -13,6 +13,7 @@ from agent.journal import Journal
 from agent.learner import Learner
 from agent.logbook import Clocks
 from agent.replay_journal import ReplayJournal
+from agent.run_lock import sole_training
 from agent.training import Records, Training
 from agent.vector_hover import VectorHover
 from protocol.config import RunConfig
@@ -30,17 +31,18 @@ def open_training(
     stop: Callable[[], bool],
     failpoint: Failpoint = no_failpoint,
 ) -> Generator[Training]:
-    """A training where it was left. At most one at a time may be open in a run directory.
+    """A training where it was left.
 
     Raises:
-        ResumeRefused: see `agent.errors`; nothing was changed.
+        ResumeRefused, RunInUse: see `agent.errors`; nothing was changed.
     """
-    checkpoints = Checkpoints(run / "checkpoints", config, failpoint)
-    newest = checkpoints.newest()
-    if newest is not None:
-        newest.require_grown(run)
-    checkpoints.tidy(newest)
     with ExitStack() as opened:
+        opened.enter_context(sole_training(run / "checkpoints"))
+        checkpoints = Checkpoints(run / "checkpoints", config, failpoint)
+        newest = checkpoints.newest()
+        if newest is not None:
+            newest.require_grown(run)
+        checkpoints.tidy(newest)
         records = _open_records(run, config, checkpoints, newest, opened, off_policy=learner.off_policy)
         training = Training(config, env=env, learner=learner, records=records, clocks=clocks, stop=stop)
         if newest is not None:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from agent.flight_log import RECENT, FlightLog
+from agent.flight_log import RECENT, SCRIPTED, FlightLog
 from agent.vector_hover import VectorHover
 from protocol.config import EnvironmentConfig
 from tests.agent.analytic_eyes import AnalyticEyes
@@ -45,6 +45,26 @@ def test_means_are_over_the_last_flights() -> None:
     assert (log.mean_return, log.mean_uncertainty) == (-100.0, 9.0)
     log.add(finals(*[(-10.0, 2.0, "truncated")] * RECENT), "sac")
     assert (log.mean_return, log.mean_uncertainty) == (-10.0, 2.0)
+
+
+def test_the_learners_return_is_told_once_all_of_the_last_flights_are_its_own() -> None:
+    log = FlightLog(1.6)
+    log.add(finals((-5.0, 1.0, "truncated")), SCRIPTED)
+    for _ in range(RECENT - 1):
+        log.add(finals((-10.0, 2.0, "truncated")), "sac")
+        assert log.learners_return is None
+    log.add(finals((-10.0, 2.0, "truncated")), "sac")
+    assert log.learners_return == -10.0
+
+
+def test_a_log_restored_goes_on_counting() -> None:
+    log, other = FlightLog(1.6), FlightLog(1.6)
+    log.add(finals(*[(-10.0, 2.0, "truncated")] * 3), "sac")
+    other.restore(log.state())
+    for one in (log, other):
+        one.add(finals((-20.0, 4.0, "too_close")), "sac")
+    assert (other.count, other.mean_return, other.mean_uncertainty) == (4, -12.5, 2.5)
+    assert other.state() == log.state()
 
 
 def test_success_is_marked() -> None:

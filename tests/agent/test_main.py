@@ -126,9 +126,12 @@ def test_a_training_told_to_stop_writes_what_it_has_and_ends_well(tmp_path: Path
     run = run_of(tmp_path, CONFIG.replace("steps = 20", "steps = 1000000"))
     with analytic_workers(tmp_path) as workers:
         process = subprocess.Popen(agent_command("train", run, workers), env=environment())
-        wait_for_training(run, process)
-        process.send_signal(number)
-        assert process.wait(30) == 0
+        try:
+            wait_for_training(run, process)
+            process.send_signal(number)
+            assert process.wait(120) == 0
+        finally:
+            process.kill()
     summary = json.loads((run / "summary.json").read_bytes())
     assert 0 < summary["steps"] < 1_000_000
     assert not summary["complete"]

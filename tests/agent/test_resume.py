@@ -1,5 +1,6 @@
 """Setup → Fault → Recovery → Invariant: a training killed at any moment ends as one that never was."""
 
+import itertools
 import json
 import random
 import shutil
@@ -12,10 +13,12 @@ import pytest
 from msgspec.structs import replace
 
 from agent.checkpoint import read_checkpoint
-from agent.errors import JournalDamaged, NewerFormat, NoWholeCheckpoint, OtherConfig, ResumeRefused
+from agent.errors import JournalDamaged, NewerFormat, NoWholeCheckpoint, OtherConfig, ResumeRefused, RunInUse
 from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, RunConfig, SacConfig, TrainingConfig
+from protocol.errors import WorkerLost
 from protocol.failpoint import Failpoints
 from protocol.records import Summary
+from tests.agent.analytic_eyes import TIMING, AnalyticEyes
 from tests.agent.comparison import curves, differing
 from tests.agent.full_disk import no_file_larger_than
 from tests.agent.killing import train_until
@@ -194,6 +197,56 @@ def test_a_damaged_checkpoint_is_reported_and_passed_over(tmp_path, untouched, c
     assert trained(run, SAC).complete
     assert f"passed over the damaged checkpoint {newest.name}" in caplog.text
     assert name in caplog.text
+    assert differing(run, untouched(SAC)) == set()
+
+
+def test_two_trainings_at_once_are_refused_the_second_one(tmp_path, untouched) -> None:
+    run, refused = tmp_path / "run", []
+
+    def stop() -> bool:
+        if not refused:
+            before = everything(run)
+            with pytest.raises(RunInUse, match=str(run)):
+                trained(run, SAC)
+            refused.append(everything(run) == before)
+        return False
+
+    trained(run, SAC, stop=stop)
+    assert refused == [True]
+
+
+def lost_at(look: int) -> AnalyticEyes:
+    """Eyes whose workers are gone from a picture on."""
+    looks = itertools.count(1)
+
+    def deliver(pending, observation) -> None:
+        if next(looks) < look:
+            pending.succeed(observation, TIMING)
+        else:
+            pending.fail(WorkerLost("gone"), TIMING)
+
+    return AnalyticEyes(deliver)
+
+
+@BOTH
+@pytest.mark.parametrize("look", [3, 20, 21, 45, 60])
+def test_a_training_whose_workers_are_lost_in_a_step_goes_on_with_that_step(
+    tmp_path, untouched, config, look: int
+) -> None:
+    run = tmp_path / "run"
+    with pytest.raises(WorkerLost):
+        trained(run, config, eyes=lost_at(look))
+    with pytest.raises(WorkerLost):
+        trained(run, config, eyes=lost_at(1))
+    assert trained(run, config).complete
+    assert differing(run, untouched(config)) == set()
+
+
+def test_workers_that_are_lost_after_a_request_to_stop_make_no_failure(tmp_path, untouched) -> None:
+    run, eyes = tmp_path / "run", lost_at(40)
+    stopped = trained(run, SAC, eyes=eyes, stop=lambda: eyes.looks >= 40)
+    assert not stopped.complete
+    assert trained(run, SAC).complete
     assert differing(run, untouched(SAC)) == set()
 
 
