@@ -10,6 +10,7 @@ import signal
 import threading
 from collections.abc import Callable, Generator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import partial
 from types import FrameType
 from typing import Any, TypeAlias
 
@@ -69,13 +70,6 @@ def serve(
     """
     if concurrency < 1:
         raise InvalidInput(f"a worker has one handler thread or more, not {concurrency}")
-
-    def load() -> Handlers:
-        if computes:
-            # Before anything is loaded: threads of libraries take their priority from who starts them.
-            let_others_go_first()
-        return start()
-
     with open_context(context) as opened:
         listener = Listener(
             bind_router(opened, bind, timeouts, limits),
@@ -88,8 +82,15 @@ def serve(
         _log.info("%s listens at %s", role, bind, extra={"incarnation": listener.incarnation})
         enrolling = nullcontext() if membership is None else enrolled(membership, listener, bind, timeouts)
         with _drain_by_signal(listener):
-            _run(listener, load, enrolling, concurrency, lambda: failpoint(f"reply-{role}"))
+            load = partial(_load_low, start) if computes else start
+            _run(listener, load, enrolling, concurrency, partial(failpoint, f"reply-{role}"))
         _log.info("%s at %s has ended", role, bind)
+
+
+def _load_low(start: Callable[[], Handlers]) -> Handlers:
+    # Before anything is loaded: threads of libraries take their priority from who starts them.
+    let_others_go_first()
+    return start()
 
 
 def _run(
