@@ -104,7 +104,7 @@ def serve_registry(registry: Registry, address: str, timeouts: Timeouts) -> Gene
         try:
             # Anybody who may call may also ask it to drain; but the processes of a run must not become orphans of that.
             while not over.is_set():
-                serve(start, role=Role.ORCHESTRATOR, bind=address, timeouts=timeouts)
+                serve(start, role=Role.ORCHESTRATOR, bind=address, computes=False, timeouts=timeouts)
         except Exception as error:
             _log.exception("the registry has failed")
             failure.append(error)
