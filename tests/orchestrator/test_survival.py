@@ -20,7 +20,7 @@ grace = {grace}
 steps = {steps}
 
 [evaluation]
-episodes = 3
+episodes = {episodes}
 baselines = ["stay"]
 """
 PATIENCE = 60.0
@@ -35,10 +35,11 @@ class Rehearsal:
         self.path = command.folder / "one"
         self.run = RunDirectory(self.path)
 
-    def train(self, *options: str, steps: int = STEPS, grace: float = 30.0, liveness: float = 5.0, rooms=()):
+    def train(self, *options: str, steps: int = STEPS, grace: float = 30.0, liveness: float = 5.0, episodes: int = 3):
         """Start a training, and wait until the agent has begun."""
-        (self.command.folder / "short.toml").write_text(CONFIG.format(steps=steps, grace=grace, liveness=liveness))
-        child = self.command.start("train", "short.toml", "--run", "one", "--json", *options, rooms=rooms)
+        text = CONFIG.format(steps=steps, grace=grace, liveness=liveness, episodes=episodes)
+        (self.command.folder / "short.toml").write_text(text)
+        child = self.command.start("train", "short.toml", "--run", "one", "--json", *options)
         self.wait_until(lambda: self.run.progress() is not None or child.poll() is not None)
         assert child.poll() is None, child.communicate()[1]
         return child
@@ -53,6 +54,10 @@ class Rehearsal:
         """Kill the orchestrator itself."""
         os.kill(child.pid, number)
         child.communicate(timeout=PATIENCE)
+
+    def is_evaluating(self) -> bool:
+        progress = self.run.progress()
+        return progress is not None and progress.phase == "evaluation"
 
     def steps(self) -> int:
         progress = self.run.progress()
@@ -231,6 +236,24 @@ def test_ctrl_c_ends_what_was_left_behind_even_before_the_workers_are_ready(rehe
 
 
 @pytest.mark.slow
+def test_an_evaluation_is_flown_to_its_end_whatever_is_killed_in_it(rehearsal):
+    child = rehearsal.train(steps=20, episodes=200)
+    rehearsal.wait_until(rehearsal.is_evaluating)
+    first = rehearsal.pid("evaluation")
+    os.kill(first, signal.SIGKILL)
+    rehearsal.wait_until(lambda: rehearsal.pid("evaluation") != first)
+    rehearsal.kill(child)
+    evaluation = rehearsal.pid("evaluation")
+    done = rehearsal.resume()
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert (report["steps"], report["restarts"]) == (20, {"evaluation": 1})
+    assert [score["episodes"] for score in report["evaluation"]["scores"]] == [200, 200]
+    assert f"took evaluation up, as process {evaluation}" in text(rehearsal)
+    assert text(rehearsal).count("started agent") == 1
+
+
+@pytest.mark.slow
 def test_a_finished_run_is_reported_again_and_nothing_is_started(rehearsal):
     report = finished(rehearsal.train())
     before = rehearsal.run.workers_path.read_bytes(), rehearsal.run.evaluation_path.stat().st_mtime_ns
@@ -265,7 +288,8 @@ def test_a_run_has_one_orchestrator_and_an_abandoned_training_no_evaluation(rehe
 @pytest.mark.slow
 def test_a_process_that_fails_for_ever_ends_the_run_with_its_words(rehearsal):
     (rehearsal.command.folder / "short.toml").write_text(
-        CONFIG.format(steps=STEPS, grace=30.0, liveness=5.0) + "[supervision]\nrestarts = 2\nfirst_backoff = 0.1\n"
+        CONFIG.format(steps=STEPS, grace=30.0, liveness=5.0, episodes=3)
+        + "[supervision]\nrestarts = 2\nfirst_backoff = 0.1\n"
     )
     done = rehearsal.command.run("train", "short.toml", "--run", "one", rooms=("render_crashes_at_start",))
     assert done.returncode == 1

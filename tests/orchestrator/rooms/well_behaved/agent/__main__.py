@@ -92,19 +92,31 @@ def train(run: Path, config: RunConfig, render: Pool, flight: Flight) -> None:
     (run / "summary.json").write_bytes(msgspec.json.encode(summary))
 
 
-def evaluate(run: Path, config: RunConfig, policies: list[str] | None, episodes: int | None) -> None:
+def fly(run: Path, steps: int) -> None:
+    with (run / "progress.jsonl").open("ab", buffering=0) as progress:
+        for step in range(steps):
+            time.sleep(STEP_SECONDS)
+            record = Progress(
+                time=time.time(), phase="evaluation", step=step, steps=steps, episodes=0, steps_per_second=100.0
+            )
+            progress.write(msgspec.json.encode(record) + b"\n")
+
+
+def evaluate(run: Path, config: RunConfig, names: list[str] | None, flights: int | None) -> None:
     figure = Interval(0.5, 0.25, 0.75)
+    policies, episodes = names or ("trained", *config.evaluation.baselines), flights or config.evaluation.episodes
+    fly(run, len(policies) * episodes)
     scores = tuple(
         PolicyScore(
             policy=policy,
-            episodes=episodes or config.evaluation.episodes,
+            episodes=episodes,
             total_reward=figure,
             uncertainty=figure,
             success=figure,
             crash=figure,
             length=figure,
         )
-        for policy in policies or ("trained", *config.evaluation.baselines)
+        for policy in policies
     )
     evaluation = Evaluation(first_seed=config.evaluation.first_seed, success_threshold=1.6, scores=scores)
     (run / "evaluation.json").write_bytes(msgspec.json.encode(evaluation))
