@@ -1,5 +1,7 @@
 """What two trainings of the same configuration have in common, whatever happened to them on the way."""
 
+import shutil
+import tempfile
 from pathlib import Path
 
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
@@ -25,6 +27,11 @@ def differing(run: Path, other: Path) -> set[str]:
 
 def curves(run: Path) -> dict[str, list[tuple[int, float]]]:
     """The points of all curves but those of speed."""
-    events = EventAccumulator(str(run / "tensorboard")).Reload()
+    with tempfile.TemporaryDirectory() as directory:
+        # TensorBoard reads files in the order of their names, which is that of their making only between seconds.
+        files = sorted((run / "tensorboard").iterdir(), key=lambda path: path.stat().st_mtime_ns)
+        for number, path in enumerate(files):
+            shutil.copy(path, Path(directory) / f"events.out.tfevents.{number:010d}")
+        events = EventAccumulator(directory).Reload()
     tags = [tag for tag in events.Tags()["scalars"] if not tag.startswith(("Seconds a step", "Training /"))]
     return {tag: [(point.step, point.value) for point in events.Scalars(tag)] for tag in tags}

@@ -4,17 +4,22 @@ import msgspec
 import numpy as np
 import pytest
 import torch
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agent.state_tree import join, split
 from protocol.errors import ArtifactDamaged, InvalidInput
 
 PLAIN = st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text() | st.binary()
-NESTED = st.recursive(PLAIN, lambda inner: st.lists(inner) | st.dictionaries(st.text() | st.integers(0, 9), inner))
+NESTED = st.recursive(
+    PLAIN,
+    lambda inner: st.lists(inner) | st.dictionaries(st.text() | st.integers(0, 9), inner, max_size=5),
+    max_leaves=10,
+)
 
 
-@given(st.dictionaries(st.text(), NESTED))
+@settings(max_examples=50)
+@given(st.dictionaries(st.text(), NESTED, max_size=5))
 def test_plain_values_come_back(state: dict[str, Any]) -> None:
     assert join(*split(state)) == state
 
