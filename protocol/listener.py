@@ -120,6 +120,11 @@ class Listener:
         """Take no more, and end once all that is in hand is answered. May be called from a signal handler."""
         self._mailbox.put(State.DRAINING)
 
+    @property
+    def bell(self) -> int:
+        """For `signal.set_wakeup_fd`: whatever signal comes there, it drains."""
+        return self._mailbox.bell
+
     def stop(self) -> None:
         """End now; what waits is refused.
 
@@ -170,6 +175,8 @@ class Listener:
                 self._state = item
             elif item is None:
                 self._over = True
+        if self._mailbox.was_signalled:
+            self._state = State.DRAINING
 
     def _take(self, parts: list[Part]) -> None:
         """Answer or queue one message; nothing that a peer sends ends this thread."""

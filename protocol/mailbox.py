@@ -13,9 +13,14 @@ ItemT = TypeVar("ItemT")
 
 
 class Mailbox(Generic[ItemT]):
-    """A queue that wakes its reader out of a poll."""
+    """A queue that wakes its reader out of a poll.
+
+    Attributes:
+        was_signalled: whether a signal came in by `bell`, as far as the mailbox was emptied.
+    """
 
     def __init__(self) -> None:
+        self.was_signalled = False
         self._items: deque[ItemT] = deque()
         self._reader, self._writer = socket.socketpair()
         self._reader.setblocking(False)
@@ -24,6 +29,11 @@ class Mailbox(Generic[ItemT]):
     def fileno(self) -> int:
         """Readable when there may be something to take."""
         return self._reader.fileno()
+
+    @property
+    def bell(self) -> int:
+        """For `signal.set_wakeup_fd`: each signal's number is written to it, whichever thread the signal hits."""
+        return self._writer.fileno()
 
     def put(self, item: ItemT) -> None:
         """Hand over an item. May be called from a signal handler, and after `close`, when nobody takes it."""
@@ -36,7 +46,7 @@ class Mailbox(Generic[ItemT]):
         """All that was put since the last time, in order."""
         # The bytes go first: an item put in between leaves its byte for the next turn.
         with contextlib.suppress(OSError):
-            self._reader.recv(4096)
+            self.was_signalled |= any(self._reader.recv(4096))
         items: list[ItemT] = []
         while self._items:
             items.append(self._items.popleft())

@@ -179,8 +179,22 @@ def _drain_by_signal(listener: Listener) -> Generator[None]:
         seen.append(number)
         listener.drain()
 
-    with _signals_to(drain):
+    # A process that was stopped may get its signals in any thread, and a main thread that waits for a job sleeps on.
+    # The listener is told in any case, and its end is the end of that wait.
+    with _signals_to(drain), _woken_by_signals(listener.bell):
         yield
+
+
+@contextmanager
+def _woken_by_signals(descriptor: int) -> Generator[None]:
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.set_wakeup_fd(descriptor, warn_on_full_buffer=False)
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(before)
 
 
 @contextmanager

@@ -1,6 +1,8 @@
 """What is put in by any thread comes out once, in order, and wakes the reader."""
 
+import os
 import select
+import signal
 import threading
 
 from protocol.mailbox import Mailbox
@@ -28,6 +30,18 @@ def test_the_reader_is_woken():
     mailbox.take()
     assert not is_readable(mailbox, 0)
     thread.join()
+    mailbox.close()
+
+
+def test_a_signal_wakes_the_reader_and_is_told():
+    mailbox: Mailbox[int] = Mailbox()
+    mailbox.put(1)
+    mailbox.take()
+    assert not mailbox.was_signalled
+    os.write(mailbox.bell, bytes([signal.SIGTERM]))
+    assert is_readable(mailbox, 0)
+    assert mailbox.take() == []
+    assert mailbox.was_signalled
     mailbox.close()
 
 

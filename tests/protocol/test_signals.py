@@ -3,6 +3,7 @@
 import signal
 from pathlib import Path
 
+import psutil
 import pytest
 
 from protocol.messages import State
@@ -34,6 +35,21 @@ def test_a_signal_ends_a_worker_that_still_starts(address, start, number):
     with client_of(address) as client:
         assert client.ping().state is State.STARTING
         worker.send_signal(number)
+        assert worker.wait(10) == 0
+
+
+@pytest.mark.parametrize("number", ENDS)
+@pytest.mark.parametrize("again", range(3))
+def test_a_signal_that_came_while_the_worker_was_stopped_ends_it(address, start, number, again):
+    """The system gives it to any thread; the main one slept on in four of five cases."""
+    worker = start("serves_scenes")
+    with client_of(address) as client:
+        client.wait_ready()
+        worker.send_signal(signal.SIGSTOP)
+        while psutil.Process(worker.pid).status() != psutil.STATUS_STOPPED:
+            pass
+        worker.send_signal(number)
+        worker.send_signal(signal.SIGCONT)
         assert worker.wait(10) == 0
 
 
