@@ -44,6 +44,8 @@ SAC = RunConfig(
 PPO = replace(
     SAC, learner=LearnerConfig(algorithm="ppo", ppo=PpoConfig(hidden=(16,), rollout=6, epochs=1, minibatches=2))
 )
+pytestmark = pytest.mark.slow
+
 BOTH = pytest.mark.parametrize("config", [SAC, PPO], ids=["sac", "ppo"])
 
 
@@ -85,7 +87,6 @@ def test_a_training_stopped_again_and_again_ends_the_same(tmp_path, untouched) -
     assert differing(run, untouched(SAC)) == set()
 
 
-@pytest.mark.slow
 @BOTH
 def test_a_training_killed_at_random_pictures_ends_the_same(tmp_path, untouched, config) -> None:
     run, rng = tmp_path / "run", random.Random(7)
@@ -97,7 +98,6 @@ def test_a_training_killed_at_random_pictures_ends_the_same(tmp_path, untouched,
     assert differing(run, untouched(config)) == set()
 
 
-@pytest.mark.slow
 @BOTH
 @pytest.mark.parametrize("place", PLACES)
 def test_a_training_killed_while_it_writes_a_checkpoint_ends_the_same(tmp_path, untouched, config, place: str) -> None:
@@ -112,7 +112,6 @@ def test_a_training_killed_while_it_writes_a_checkpoint_ends_the_same(tmp_path, 
     assert not list((run / "checkpoints").glob(".*")), "nothing is left aside"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("place", PLACES)
 def test_a_training_killed_at_its_first_checkpoint_ends_the_same(tmp_path, untouched, place: str) -> None:
     run, points = tmp_path / "run", Failpoints(tmp_path / "failpoints")
