@@ -116,20 +116,25 @@ class Player:
             step=reached,
             seconds=seconds,
             steps_again=max(0, reached - (run.progress.lowest_after(struck) or reached)),
-            broken=_broken(lambda: scenario.invariant(run)),
+            # Once all steps are flown, every process ends as it should.
+            broken=None if run.progress.is_done else _broken(lambda: scenario.invariant(run)),
         )
 
     def _recover(self, scenario: Scenario, struck: float, reached: int) -> float:
         progress = self._run.progress
         # One more step of all drones: what was reached is known to within that.
         self._run.wait(
-            lambda: progress.first_beyond(reached + self._drones, struck) is not None and scenario.recovered(self._run),
+            lambda: progress.first_beyond(reached + self._drones, struck) is not None and self._is_back(scenario),
             f"recovery from {type(scenario).__name__} at step {reached}",
         )
         mark = progress.first_beyond(reached + self._drones, struck)
         if mark is None:
             raise NotRecovered(f"no progress beyond step {reached}")
         return mark.time - struck
+
+    def _is_back(self, scenario: Scenario) -> bool:
+        """Whether what was hit is there again; of a run whose steps are all flown, nothing has to be any more."""
+        return self._run.progress.is_done or scenario.recovered(self._run)
 
 
 def _broken(invariant: Callable[[], None]) -> str | None:

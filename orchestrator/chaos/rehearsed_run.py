@@ -97,8 +97,15 @@ class RehearsedRun:
         return self._orchestrator is not None and self._orchestrator.poll() == 0
 
     def orchestrator_record(self) -> ProcessRecord:
-        """The orchestrator as `workers.json` tells of the others."""
-        pid = self._required().pid
+        """The orchestrator as `workers.json` tells of the others.
+
+        Raises:
+            RunEnded: none works on the run.
+        """
+        orchestrator = self._required()
+        if orchestrator.poll() is not None:
+            raise RunEnded(f"the orchestrator of {self.directory.path} has ended")
+        pid = orchestrator.pid
         return ProcessRecord(
             name=Role.ORCHESTRATOR.value,
             role=Role.ORCHESTRATOR,
