@@ -11,6 +11,8 @@ from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, contextmanager
 from typing import NamedTuple
 
+from msgspec.structs import replace
+
 from protocol.exit_code import ExitCode
 from protocol.listener import Listener
 from protocol.membership import Membership
@@ -19,6 +21,9 @@ from protocol.pool import Pool
 from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)
+
+_AFTER_THE_AGENT = 1.25
+"""Workers stay for this many times the grace: the agent, an orphan at that very moment, has a last step to fly."""
 
 
 class Enrolment(NamedTuple):
@@ -45,7 +50,8 @@ def enrolled(enrolment: Enrolment, listener: Listener, bind: str, timeouts: Time
 
     with ExitStack() as held:
         end = _end_of(listener, held, timeouts)
-        membership = Membership(enrolment.orchestrator, describe=describe, on_orphaned=end, timeouts=timeouts)
+        patience = replace(timeouts, grace=_AFTER_THE_AGENT * timeouts.grace)
+        membership = Membership(enrolment.orchestrator, describe=describe, on_orphaned=end, timeouts=patience)
         held.enter_context(membership)
         for role, pool in enrolment.follows.items():
             membership.follow(pool, role)

@@ -2,18 +2,17 @@
 
 import signal
 
-from orchestrator.chaos.crew import send
 from orchestrator.chaos.invariants import require_unhurt
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.chaos.scenario import Scenario
-from orchestrator.run_directory import ProcessRecord
+from orchestrator.chaos.strike import Strike
 from protocol.messages import Role
 
 LONGEST_ABSENCE = 5.0
 """Seconds that a run may be without an orchestrator here; within the grace of all that work on it."""
 
 
-class KillProcess(Scenario):
+class KillProcess(Strike):
     """A process dies.
 
     Setup: one of the role runs.
@@ -23,26 +22,7 @@ class KillProcess(Scenario):
     """
 
     def __init__(self, role: Role, chance: float) -> None:
-        self._role = role
-        self._chance = chance
-
-    def setup(self, run: RehearsedRun) -> None:
-        """Choose whom."""
-        self._victim = run.member(self._role, self._chance)
-        self._others = without(self._victim, run.crew.alive())
-
-    def fault(self, run: RehearsedRun) -> float:
-        """Kill it."""
-        send(self._victim, signal.SIGKILL)
-        return run.now()
-
-    def recovered(self, run: RehearsedRun) -> bool:
-        """Whether it was replaced."""
-        return run.successor(self._victim) is not None
-
-    def invariant(self, run: RehearsedRun) -> None:
-        """A death costs no other process anything."""
-        require_unhurt(self._others, by=f"the death of {self._victim.name}")
+        super().__init__(role, chance, signal.SIGKILL, "death")
 
 
 class KillOrchestrator(Scenario):
@@ -76,8 +56,3 @@ class KillOrchestrator(Scenario):
     def invariant(self, run: RehearsedRun) -> None:
         """It takes in those who are there rather than start others."""
         require_unhurt(self._others, by="the orchestrator's death")
-
-
-def without(process: ProcessRecord, processes: tuple[ProcessRecord, ...]) -> tuple[ProcessRecord, ...]:
-    """All the others."""
-    return tuple(other for other in processes if other != process)

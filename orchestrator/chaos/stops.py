@@ -2,18 +2,17 @@
 
 import signal
 
-from orchestrator.chaos.crew import send
 from orchestrator.chaos.invariants import require_gone, require_unhurt
-from orchestrator.chaos.kills import without
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.chaos.scenario import Scenario
+from orchestrator.chaos.strike import Strike
 from protocol.messages import Role
 
 KILLED_RATHER_THAN_CONTINUED = 0.5
 """Share of stopped orchestrators."""
 
 
-class StopProcess(Scenario):
+class StopProcess(Strike):
     """A process hangs.
 
     Setup: one of the role runs.
@@ -23,27 +22,12 @@ class StopProcess(Scenario):
     """
 
     def __init__(self, role: Role, chance: float) -> None:
-        self._role = role
-        self._chance = chance
-
-    def setup(self, run: RehearsedRun) -> None:
-        """Choose whom."""
-        self._victim = run.member(self._role, self._chance)
-        self._others = without(self._victim, run.crew.alive())
-
-    def fault(self, run: RehearsedRun) -> float:
-        """Stop it."""
-        send(self._victim, signal.SIGSTOP)
-        return run.now()
-
-    def recovered(self, run: RehearsedRun) -> bool:
-        """Whether it was replaced."""
-        return run.successor(self._victim) is not None
+        super().__init__(role, chance, signal.SIGSTOP, "stop")
 
     def invariant(self, run: RehearsedRun) -> None:
         """Who hangs is ended, and costs no other process anything."""
         require_gone(self._victim)
-        require_unhurt(self._others, by=f"the stop of {self._victim.name}")
+        super().invariant(run)
 
 
 class StopOrchestrator(Scenario):
