@@ -98,7 +98,8 @@ class AgentPulse:
         begun = progress is not None and progress.time >= process.began
         return Vitals(
             ready=begun,
-            expected=self._heard is not None,
+            # It registers before it has loaded all of its libraries, in which Python may keep that thread from running.
+            expected=begun and self._heard is not None,
             heard=self._heard,
             progress=progress.time if progress and begun else 0.0,
             busy=begun,
