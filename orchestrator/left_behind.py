@@ -4,7 +4,9 @@ Found twice over: by what it wrote down, and by their command lines, which follo
 started an instant before the orchestrator was killed, and never written down, is found as well.
 """
 
+import contextlib
 import os
+import time
 from collections.abc import Collection, Iterator, Sequence
 
 import psutil
@@ -13,6 +15,9 @@ from msgspec import Struct
 from orchestrator.heartbeat import is_alive
 from orchestrator.launch import Launch
 from orchestrator.run_directory import ProcessRecord
+
+_LONGEST_EXEC = 1.0
+"""Seconds between a program's start and its command line being there, on the busiest of machines."""
 
 
 class Found(Struct, frozen=True, eq=False):
@@ -69,7 +74,19 @@ def _running(known: Collection[int]) -> Iterator[tuple[psutil.Process, tuple[str
     """Our own user's processes and their command lines, those with the `known` numbers first."""
     mine = [process for process in psutil.process_iter(["cmdline", "uids"]) if _is_mine(process)]
     for process in sorted(mine, key=lambda process: process.pid not in known):
-        yield process, tuple(process.info["cmdline"] or ())
+        command = process.info["cmdline"] or (_command_at_last(process) if process.pid in known else ())
+        yield process, tuple(command)
+
+
+def _command_at_last(process: psutil.Process) -> Sequence[str]:
+    """The command line of a process that was started this moment: the system shows none until all of it is set up."""
+    deadline = time.monotonic() + _LONGEST_EXEC
+    with contextlib.suppress(psutil.Error):
+        while process.status() != psutil.STATUS_ZOMBIE and time.monotonic() < deadline:
+            if command := process.cmdline():
+                return command
+            time.sleep(0.001)
+    return ()
 
 
 def _is_mine(process: psutil.Process) -> bool:
