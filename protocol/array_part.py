@@ -30,6 +30,8 @@ ELEMENT_TYPES: dict[str, np.dtype[Any]] = {
 }
 """All that may travel: nothing that holds a pointer, a string or a structure."""
 
+_NAMES = {dtype: name for name, dtype in ELEMENT_TYPES.items()}
+
 
 class ArrayDescription(Struct, frozen=True):
     """What a body says of an array: `index` counts the message's array parts from 0."""
@@ -45,7 +47,8 @@ def array_part(array: AnyArray) -> tuple[str, Part]:
     Raises:
         InvalidInput: arrays of this element type don't travel.
     """
-    name = array.dtype.name
+    # NumPy puts a type's name together each time it is asked.
+    name = _NAMES.get(array.dtype) or array.dtype.name
     if name not in ELEMENT_TYPES:
         raise InvalidInput(f"an array of {name} can't be sent; one of {', '.join(ELEMENT_TYPES)} can")
     ordered = np.asarray(array, dtype=ELEMENT_TYPES[name], order="C")
@@ -112,5 +115,5 @@ def _require_size(description: ArrayDescription, dtype: np.dtype[Any], part: Par
     if size != len(part):
         raise ValueError(f"{description.dtype} of shape {description.shape} takes {size} bytes, {len(part)} came")
     # An empty array's other dimensions are held to the cap too: numpy can't count beyond it.
-    if math.prod(max(length, 1) for length in description.shape) * dtype.itemsize > most:
+    if size == 0 and math.prod(max(length, 1) for length in description.shape) * dtype.itemsize > most:
         raise ValueError(f"shape {description.shape} is larger than any array may be")

@@ -20,6 +20,8 @@ def require_shape(name: str, array: AnyArray, shape: tuple[int | None, ...]) -> 
 
     msgspec turns a `ValueError` from a struct into a validation error, which the codec reports as `MalformedMessage`.
     """
+    if array.shape == shape:
+        return
     if array.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=True)):
         wanted = "×".join("any" if size is None else str(size) for size in shape)
         raise ValueError(f"{name} has shape {array.shape}, not {wanted}")

@@ -7,8 +7,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from types import TracebackType
 from typing import Self
 
-import zmq
-
 from protocol.call import Call
 from protocol.catalogue import reply_type
 from protocol.codec import encode
@@ -21,7 +19,7 @@ from protocol.limits import Limits
 from protocol.message import ReplyT, Request
 from protocol.messages import Drain, Hello, Ping, Pong, Role, State, Welcome
 from protocol.pending import Pending
-from protocol.sockets import Context
+from protocol.sockets import Context, new_context
 from protocol.timeouts import Timeouts
 
 _READY_POLL = 0.1
@@ -51,7 +49,7 @@ class Caller:
         self._clock = clock
         self._hello = Hello(role=role, incarnation=new_incarnation())
         self._owns_context = context is None
-        self._context: Context = zmq.Context() if context is None else context
+        self._context: Context = new_context() if context is None else context
         connections: list[Connection] = []
         try:
             connections.extend(self._connect(address) for address in self._addresses)

@@ -1,4 +1,4 @@
-"""The thread behind a client: it owns the sockets, gives each call to a worker, and sees that each call ends.
+"""The thread behind a client: it waits on the sockets, gives each call to a worker, and sees that each call ends.
 
 A call waits here until a worker can take it, goes to the one with the fewest calls in hand, comes back when that worker
 is lost or refuses it for the moment, and goes out again, until it is answered or its deadline has come.
@@ -8,12 +8,12 @@ import contextlib
 import heapq
 import itertools
 import logging
+import math
 import threading
 from collections import deque
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
-import zmq
 from msgspec import Struct
 
 from protocol.call import Call
@@ -23,7 +23,8 @@ from protocol.errors import CallFailed, ClientClosed, MalformedMessage, Protocol
 from protocol.failure import error_of
 from protocol.mailbox import Mailbox
 from protocol.messages import Failure
-from protocol.sockets import poll_timeout
+from protocol.priority import go_first
+from protocol.sockets import Socket, descriptor, has_input, poll_timeout, wait_for_input
 from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)
@@ -59,6 +60,9 @@ class Dispatcher:
         self._waiting: deque[Call] = deque()
         self._timers: list[tuple[float, int, Callable[[Call], None], int]] = []
         self._numbers = itertools.count()
+        # Held by the client's thread while it works, and by one that submits while it sends.
+        self._sockets_in_use = threading.Lock()
+        self._asleep_until = -math.inf
         self._closing = False
         self._over: CallFailed | None = None
         self._retries = 0
@@ -70,7 +74,15 @@ class Dispatcher:
 
     def submit(self, call: Call) -> None:
         """Take a call, which ends by its deadline, or with `ClientClosed`. May be called from any thread."""
-        self._mailbox.put(call)
+        self._mailbox.leave(call)
+        # A call that its own thread sends has one thread less to wait for, each with its turn on a busy core.
+        if self._sockets_in_use.acquire(blocking=False):
+            try:
+                self._send_from_here()
+            finally:
+                self._sockets_in_use.release()
+        else:
+            self._mailbox.ring()
         # The thread may have ended meanwhile, and looked into the mailbox for the last time.
         if self._over is not None:
             self._fail_unread()
@@ -99,8 +111,22 @@ class Dispatcher:
             malformed=self._malformed + sum(connection.malformed for connection in tuple(self._connections)),
         )
 
+    def _send_from_here(self) -> None:
+        """Admit what was submitted, in the place of the client's thread, which is woken if that changes its plans."""
+        if self._over is not None:
+            return
+        try:
+            other_sockets = self._admit()
+        except Exception as error:
+            # It is that thread's failure all the same, and ends every call.
+            self._mailbox.put(partial(_raise, error))
+            return
+        if other_sockets or self._due() < self._asleep_until or self._has_input():
+            self._mailbox.ring()
+
     def _run(self) -> None:
         over = ClientClosed("the client is closed")
+        go_first()
         try:
             while not self._closing:
                 self._turn()
@@ -109,47 +135,56 @@ class Dispatcher:
             _log.exception("the client's thread has failed")
             over = ClientClosed(f"the client's thread has failed: {error!r}")
         finally:
-            self._end(over)
+            with self._sockets_in_use:
+                self._end(over)
 
     def _turn(self) -> None:
-        ready = self._wait()
-        if self._mailbox.fileno() in ready:
+        with self._sockets_in_use:
+            descriptors = [self._mailbox.fileno(), *map(descriptor, self._sockets())]
+            self._asleep_until = -math.inf if self._has_input() else self._due()
+            patience = poll_timeout(self._asleep_until - self._clock())
+        wait_for_input(descriptors, patience)
+        with self._sockets_in_use:
             self._admit()
-        for connection in self._connections:
-            if not ready.keys().isdisjoint(connection.sockets):
-                for answer in connection.receive():
-                    self._settle(connection, answer)
-            for call in connection.take_lost():
-                self._lose(call)
-            connection.tend()
-        self._relieve_suspects()
-        self._run_timers()
-        self._send_waiting()
+            for connection in self._connections:
+                self._attend(connection)
+            self._relieve_suspects()
+            self._run_timers()
+            self._send_waiting()
 
-    def _wait(self) -> dict[Any, int]:
-        poller = zmq.Poller()
-        poller.register(self._mailbox.fileno(), zmq.POLLIN)
-        for connection in self._connections:
-            for socket in connection.sockets:
-                poller.register(socket, zmq.POLLIN)
-        return dict(poller.poll(self._patience()))
+    def _attend(self, connection: Connection) -> None:
+        if any(has_input(socket) for socket in connection.sockets):
+            for answer in connection.receive():
+                self._settle(connection, answer)
+        for call in connection.take_lost():
+            self._lose(call)
+        connection.tend()
 
-    def _patience(self) -> int | None:
-        """Milliseconds until something is due."""
+    def _sockets(self) -> Iterator[Socket]:
+        return itertools.chain.from_iterable(connection.sockets for connection in self._connections)
+
+    def _has_input(self) -> bool:
+        return any(has_input(socket) for socket in self._sockets())
+
+    def _due(self) -> float:
+        """When there is something to do next, if nothing comes."""
         due = [connection.due for connection in self._connections]
         due.append(self._timers[0][0] if self._timers else None)
-        known = [when for when in due if when is not None]
-        return poll_timeout(min(known) - self._clock()) if known else None
+        return min((when for when in due if when is not None), default=math.inf)
 
-    def _admit(self) -> None:
+    def _admit(self) -> bool:
+        """Take what is in the mailbox; returns whether the sockets may be others since."""
+        other_sockets = False
         for item in self._mailbox.take():
             if not isinstance(item, Call):
                 item()
+                other_sockets = True
                 continue
             item.number = next(self._numbers)
             self._calls[item.number] = item
             self._at(item.deadline, self._expire, item)
             self._dispatch(item)
+        return other_sockets
 
     def _stop(self) -> None:
         self._closing = True
@@ -279,6 +314,10 @@ class Dispatcher:
         for call in self._mailbox.take():
             if isinstance(call, Call):
                 call.fail(ClientClosed(f"{self._over} before {call.request} was answered"), self._clock())
+
+
+def _raise(error: Exception) -> None:
+    raise error
 
 
 def _reluctance(connection: Connection, call: Call) -> tuple[bool, int, float]:

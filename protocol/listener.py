@@ -1,7 +1,7 @@
 """The thread behind a worker's socket: it answers what needs no computing, and queues what does.
 
 Pings, handshakes and refusals come from here, so they come also while a handler computes. Requests go to the handlers
-through a queue, and their replies come back through a mailbox; all that is counted is counted by this thread.
+through a queue. Replies are sent by the thread that has computed them, or through a mailbox while the socket is in use.
 """
 
 import contextlib
@@ -14,7 +14,6 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 import psutil
-import zmq
 
 from protocol.array_part import Part
 from protocol.catalogue import Message
@@ -39,7 +38,8 @@ from protocol.messages import (
     State,
     Welcome,
 )
-from protocol.sockets import Socket, close_router, received, send
+from protocol.priority import go_first
+from protocol.sockets import Socket, close_router, descriptor, has_input, received, send, wait_for_input
 from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)
@@ -92,7 +92,9 @@ class Listener:
         )
         self._handlers = handlers
         self._limits = limits
-        self._mailbox: Mailbox[Answer | State | None] = Mailbox()
+        self._mailbox: Mailbox[Answer | State | Exception | None] = Mailbox()
+        # Held by the listener's thread while it works, and by a handler's while it sends.
+        self._socket_in_use = threading.Lock()
         self._process = psutil.Process()
         self._state = State.STARTING
         self._in_hand = 0
@@ -144,26 +146,51 @@ class Listener:
             InvalidInput, LimitExceeded: the reply can't be sent.
         """
         header = ReplyHeader(job.number, self.incarnation, queue=queue, compute=compute)
-        self._mailbox.put(Answer(job.sender, seal(encode(reply, self._limits), header)))
+        self._mailbox.leave(Answer(job.sender, seal(encode(reply, self._limits), header)))
+        # A reply that the handler's thread sends has one thread less to wait for, each with its turn on a busy core.
+        if self._socket_in_use.acquire(blocking=False):
+            try:
+                self._send_from_here()
+            finally:
+                self._socket_in_use.release()
+        else:
+            self._mailbox.ring()
+
+    def _send_from_here(self) -> None:
+        """Send what was answered, in the place of the listener's thread, which is woken if there is more to do."""
+        if self._socket.closed:
+            return
+        try:
+            self._empty_mailbox()
+        except Exception as error:
+            # It is that thread's failure all the same.
+            self._mailbox.put(error)
+            return
+        if self._over or self._state is State.DRAINING or has_input(self._socket):
+            self._mailbox.ring()
 
     def _run(self) -> None:
-        poller = zmq.Poller()
-        poller.register(self._mailbox.fileno(), zmq.POLLIN)
-        poller.register(self._socket, zmq.POLLIN)
+        go_first()
         try:
             while not self._over:
-                ready = dict(poller.poll())
-                if self._mailbox.fileno() in ready:
-                    self._empty_mailbox()
-                if self._socket in ready:
-                    for parts in received(self._socket, self._limits):
-                        self._take(parts)
-                self._end_if_drained()
+                self._turn()
         except Exception as error:
             _log.exception("the listener has failed")
             self._failure = error
         finally:
-            self._end()
+            with self._socket_in_use:
+                self._end()
+
+    def _turn(self) -> None:
+        with self._socket_in_use:
+            descriptors = [self._mailbox.fileno(), descriptor(self._socket)]
+            patience = 0 if has_input(self._socket) else None
+        wait_for_input(descriptors, patience)
+        with self._socket_in_use:
+            self._empty_mailbox()
+            for parts in received(self._socket, self._limits):
+                self._take(parts)
+            self._end_if_drained()
 
     def _empty_mailbox(self) -> None:
         for item in self._mailbox.take():
@@ -173,6 +200,8 @@ class Listener:
                 self._deliver(item.sender, item.parts)
             elif item is State.DRAINING or (item is State.READY and self._state is State.STARTING):
                 self._state = item
+            elif isinstance(item, Exception):
+                raise item
             elif item is None:
                 self._over = True
         if self._mailbox.was_signalled:

@@ -1,7 +1,7 @@
-"""Things handed to a thread that waits on sockets: any thread puts, one thread takes.
+"""Things handed to a thread that waits on sockets: any thread puts, one at a time takes.
 
-A ZeroMQ socket belongs to one thread, so whatever other threads have for it goes through here; the mailbox has a file
-descriptor that becomes readable, which a `zmq.Poller` waits on together with the sockets.
+A ZeroMQ socket is for one thread at a time, so whatever other threads have for it goes through here; the mailbox has a
+file descriptor that becomes readable, which a poll waits on together with the sockets.
 """
 
 import contextlib
@@ -37,7 +37,15 @@ class Mailbox(Generic[ItemT]):
 
     def put(self, item: ItemT) -> None:
         """Hand over an item. May be called from a signal handler, and after `close`, when nobody takes it."""
+        self.leave(item)
+        self.ring()
+
+    def leave(self, item: ItemT) -> None:
+        """Hand over an item and wake nobody: whoever leaves it takes it, or rings."""
         self._items.append(item)
+
+    def ring(self) -> None:
+        """Wake the reader."""
         # A full pipe has bytes enough to wake the reader; a closed one has no reader left to wake.
         with contextlib.suppress(OSError):
             self._writer.send(b"\0")

@@ -4,7 +4,8 @@ Every socket refuses larger parts than its limits allow before it takes memory f
 """
 
 import math
-from collections.abc import Generator, Iterator, Sequence
+import select
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TypeAlias
 
@@ -14,6 +15,7 @@ from protocol.address import check_address, clear_stale_socket, ipc_path
 from protocol.array_part import Part
 from protocol.errors import AddressUnavailable
 from protocol.limits import KIB, Limits
+from protocol.priority import going_first
 from protocol.timeouts import Timeouts
 
 Context: TypeAlias = zmq.Context[zmq.Socket[bytes]]
@@ -37,11 +39,20 @@ def open_context(given: Context | None) -> Generator[Context]:
     if given is not None:
         yield given
         return
-    own: Context = zmq.Context()
+    own = new_context()
     try:
         yield own
     finally:
         own.term()
+
+
+def new_context() -> Context:
+    """A context whose own threads go first."""
+    context: Context = zmq.Context()
+    # They start with its first socket, and take after the thread that opens that.
+    with going_first():
+        context.socket(zmq.PAIR).close()
+    return context
 
 
 def connect_dealer(
@@ -128,6 +139,29 @@ def received(socket: Socket, limits: Limits, most: int = 64) -> Iterator[list[Pa
             if len(parts) <= limits.parts + 1:
                 parts.append(_taken(part))
         yield parts
+
+
+def has_input(socket: Socket) -> bool:
+    """Whether a message waits in the socket."""
+    return bool(int(socket.get(zmq.EVENTS)) & zmq.POLLIN)
+
+
+def descriptor(socket: Socket) -> int:
+    """What to wait on for input."""
+    return int(socket.get(zmq.FD))
+
+
+def wait_for_input(descriptors: Iterable[int], timeout_ms: int | None) -> None:
+    """Wait until something may have come; sockets may be used by other threads meanwhile.
+
+    `zmq.poll` uses a socket for as long as it waits. Its descriptor can be waited on by one thread while another sends,
+    but tells of each change only once, to whoever uses the socket next: look with `has_input` before waiting, and wake
+    the thread that waits after using a socket that it waits for.
+    """
+    poller = select.poll()
+    for number in descriptors:
+        poller.register(number, select.POLLIN)
+    poller.poll(timeout_ms)
 
 
 def poll_timeout(seconds: float) -> int:

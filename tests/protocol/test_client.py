@@ -4,7 +4,7 @@ import itertools
 import math
 import threading
 import time
-from concurrent.futures import InvalidStateError, ThreadPoolExecutor
+from concurrent.futures import Future, InvalidStateError, ThreadPoolExecutor
 
 import pytest
 import zmq
@@ -62,6 +62,38 @@ def test_many_calls_of_several_threads_each_get_their_own_reply(address):
     with serving(address, limits=Limits(queue=1000)), client_of(address) as client, ThreadPoolExecutor(2) as threads:
         ranges = [range(500), range(500, 1000)]
         assert all(threads.map(call_all, itertools.repeat(client), ranges))
+
+
+def test_no_call_of_many_threads_sleeps_through_its_reply(address):
+    """Callers and handlers send by themselves while the I/O threads wait: nobody may miss what came meanwhile."""
+
+    def sample(request: SampleScene):
+        time.sleep(request.seed % 7 / 5000)
+        return scene_for(request.seed)
+
+    def one_after_the_other(client: Client, seeds: range) -> bool:
+        return all(client.call(ask(seed), deadline=25.0).scene.yaw == seed for seed in seeds)
+
+    # A ping, or a deadline, would wake a thread that sleeps.
+    never_pings = Timeouts(heartbeat=50.0)
+    with (
+        serving(address, {SampleScene: sample}, concurrency=4, timeouts=never_pings),
+        client_of(address, timeouts=never_pings) as client,
+        ThreadPoolExecutor(6) as threads,
+    ):
+        client.wait_ready()
+        begun = time.monotonic()
+        ranges = [range(start, start + 150) for start in range(0, 900, 150)]
+        assert all(threads.map(one_after_the_other, itertools.repeat(client), ranges))
+        assert client.statistics.retries == 0
+        assert time.monotonic() - begun < 20
+
+
+def test_a_call_can_be_made_when_another_ends(address):
+    with serving(address), client_of(address) as client:
+        then: Future[Pending] = Future()
+        client.submit(ask(1)).add_done_callback(lambda _: then.set_result(client.submit(ask(2))))
+        assert then.result(10).result(10).scene.yaw == 2
 
 
 def test_more_calls_than_a_worker_takes_at_once_are_all_answered(address):

@@ -33,6 +33,16 @@ def test_the_reader_is_woken():
     mailbox.close()
 
 
+def test_what_is_left_is_there_to_take_and_wakes_nobody_until_somebody_rings():
+    mailbox: Mailbox[int] = Mailbox()
+    mailbox.leave(1)
+    assert not is_readable(mailbox, 0)
+    mailbox.ring()
+    assert is_readable(mailbox, 0)
+    assert mailbox.take() == [1]
+    mailbox.close()
+
+
 def test_a_signal_wakes_the_reader_and_is_told():
     mailbox: Mailbox[int] = Mailbox()
     mailbox.put(1)

@@ -1,13 +1,14 @@
 """The sockets' own promises; what they carry is tested with the client and the server."""
 
 import math
+import threading
 
 import pytest
 import zmq
 from zmq.utils.monitor import recv_monitor_message
 
 from protocol.limits import DEFAULT_LIMITS, Limits
-from protocol.sockets import connect_dealer, poll_timeout, received
+from protocol.sockets import connect_dealer, descriptor, has_input, poll_timeout, received, wait_for_input
 from protocol.timeouts import DEFAULT_TIMEOUTS
 
 
@@ -35,6 +36,22 @@ def test_a_message_of_endless_parts_is_not_kept():
         endless, after = received(receiver, Limits(arrays=4))
     assert 3 + 4 < len(endless) < 20
     assert after == [b"next"]
+
+
+def test_a_thread_can_wait_for_a_socket_that_others_use():
+    with zmq.Context() as context, context.socket(zmq.PAIR) as sender, context.socket(zmq.PAIR) as receiver:
+        receiver.bind("inproc://waited-for")
+        sender.connect("inproc://waited-for")
+        # Asked first, as its descriptor tells only of what has changed since.
+        assert not has_input(receiver)
+        waiting = threading.Thread(target=wait_for_input, args=([descriptor(receiver)], 20_000))
+        waiting.start()
+        receiver.send(b"used meanwhile")
+        assert waiting.is_alive()
+        sender.send(b"input")
+        waiting.join(10)
+        assert not waiting.is_alive()
+        assert has_input(receiver)
 
 
 @pytest.mark.parametrize(
