@@ -14,6 +14,7 @@ from protocol.enrolment import Enrolment
 from protocol.errors import VantageError
 from protocol.exit_code import ExitCode, exit_code_of
 from protocol.failpoint import failpoint_of
+from protocol.security.options import add_security_options, security_of
 
 _log = logging.getLogger("agent")
 
@@ -22,9 +23,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Do one of the agent's jobs, and say with the exit code how it ended: see `protocol.exit_code`."""
     parser = _parser()
     options = parser.parse_args(arguments)
-    workers = _workers(options, parser)
     logs.configure("agent")
     try:
+        workers = _workers(options, parser)
         if options.job == "train":
             train_run(options.run, workers, failpoint_of(os.environ))
         else:
@@ -45,6 +46,7 @@ def _parser() -> argparse.ArgumentParser:
         job.add_argument("--render", action="append", default=[], help="address of a render worker; may be repeated")
         job.add_argument("--perception", action="append", default=[], help="of a perception worker; likewise")
         job.add_argument("--orchestrator", help="where to register, and to learn of workers")
+        add_security_options(job)
         job.add_argument("--name", default="", help="what the orchestrator calls this process")
     evaluate.add_argument("--episodes", type=_count, help="flights of each policy, instead of the configured number")
     evaluate.add_argument("--policy", action="append", default=[], help="which to fly, instead of all; may be repeated")
@@ -57,7 +59,12 @@ def _workers(options: argparse.Namespace, parser: argparse.ArgumentParser) -> Wo
     enrolment = None
     if options.orchestrator is not None:
         enrolment = Enrolment(options.orchestrator, options.name or options.job)
-    return Workers(render=tuple(options.render), perception=tuple(options.perception), enrolment=enrolment)
+    return Workers(
+        render=tuple(options.render),
+        perception=tuple(options.perception),
+        enrolment=enrolment,
+        security=security_of(options, os.environ),
+    )
 
 
 def _count(text: str) -> int:

@@ -14,12 +14,14 @@ from perception_worker.models import OPENPOSE_MOBILENET_THIN
 from perception_worker.perceive import Perceiver
 from protocol import Handlers, Pool, Timeouts, logs, serve
 from protocol.config import PerceptionConfig, RunConfig, load_config
-from protocol.enrolment import Enrolment
+from protocol.enrolment import ADVERTISE_HELP, Enrolment, enrolment_of
 from protocol.errors import VantageError
 from protocol.exit_code import ExitCode, exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.messages import Observe, Perceive, Render, Role
 from protocol.observation import Observation
+from protocol.security import LOCAL_ONLY, Security
+from protocol.security.options import add_security_options, security_of
 
 _logger = logging.getLogger(__name__)
 
@@ -68,15 +70,17 @@ def run(
     render: Sequence[str],
     membership: Enrolment | None = None,
     failpoint: Failpoint = no_failpoint,
+    security: Security = LOCAL_ONLY,
 ) -> None:
     """Serve at `bind` until told to end, with frames from the render workers that `render` and the orchestrator name.
 
     Raises:
-        VantageError: the network can't be loaded, no render worker gets ready, or the address can't be bound.
+        VantageError: the network can't be loaded, no render worker gets ready, the address can't be bound, or other
+            machines can reach it and there is no key.
     """
     timeouts = Timeouts.from_config(config.timeouts)
     perception = config.perception
-    with Pool(render, role=Role.PERCEPTION, serves=Role.RENDER, timeouts=timeouts) as renderers:
+    with Pool(render, role=Role.PERCEPTION, serves=Role.RENDER, timeouts=timeouts, security=security) as renderers:
 
         def start() -> Handlers:
             # The frames in hand are the parallel work; OpenCV's own threads would only contend for the same cores.
@@ -94,6 +98,7 @@ def run(
             timeouts=timeouts,
             membership=membership and membership._replace(follows={Role.RENDER: renderers}),
             failpoint=failpoint,
+            security=security,
         )
 
 
@@ -127,8 +132,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             config,
             bind=chosen.bind,
             render=chosen.render,
-            membership=Enrolment(chosen.orchestrator, chosen.name) if chosen.orchestrator else None,
+            membership=enrolment_of(chosen),
             failpoint=failpoint_of(os.environ),
+            security=security_of(chosen, os.environ),
         )
     except (VantageError, OSError) as error:
         _logger.error("%s", error)
@@ -154,6 +160,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--name", default="perception", help="what the orchestrator calls this worker (default: perception)"
     )
+    parser.add_argument("--advertise", metavar="ADDRESS", help=ADVERTISE_HELP)
+    add_security_options(parser)
     parser.add_argument("--config", type=Path, metavar="FILE", help="the run's configuration; the defaults without it")
     parser.add_argument("--network", type=Path, metavar="FILE", help="an ONNX file, in place of the configuration's")
     return parser

@@ -18,7 +18,7 @@ import psutil
 from protocol.array_part import Part
 from protocol.catalogue import Message
 from protocol.codec import decode, decode_header, encode, open_envelope, seal
-from protocol.errors import ProtocolError, VersionMismatch
+from protocol.errors import NotPermitted, ProtocolError, VersionMismatch
 from protocol.failure import draining, failure_of, overloaded
 from protocol.header import ReplyHeader, RequestHeader
 from protocol.incarnation import new_incarnation
@@ -39,7 +39,17 @@ from protocol.messages import (
     Welcome,
 )
 from protocol.priority import go_first
-from protocol.sockets import Socket, close_router, descriptor, has_input, received, send, wait_for_input
+from protocol.security.guard import Guard
+from protocol.sockets import (
+    Arrival,
+    Socket,
+    arrivals,
+    close_router,
+    descriptor,
+    has_input,
+    send,
+    wait_for_input,
+)
 from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)
@@ -76,6 +86,7 @@ class Listener:
         handlers: int,
         timeouts: Timeouts,
         limits: Limits,
+        guard: Guard | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.role = role
@@ -92,6 +103,9 @@ class Listener:
         )
         self._handlers = handlers
         self._limits = limits
+        self._guard = guard
+        if guard is not None:
+            guard.attach(socket)
         self._mailbox: Mailbox[Answer | State | Exception | None] = Mailbox()
         # Held by the listener's thread while it works, and by a handler's while it sends.
         self._socket_in_use = threading.Lock()
@@ -183,13 +197,16 @@ class Listener:
 
     def _turn(self) -> None:
         with self._socket_in_use:
-            descriptors = [self._mailbox.fileno(), descriptor(self._socket)]
-            patience = 0 if has_input(self._socket) else None
+            sockets = (self._socket, *(self._guard.monitors if self._guard else ()))
+            descriptors = [self._mailbox.fileno(), *map(descriptor, sockets)]
+            patience = 0 if any(map(has_input, sockets)) else None
         wait_for_input(descriptors, patience)
         with self._socket_in_use:
             self._empty_mailbox()
-            for parts in received(self._socket, self._limits):
-                self._take(parts)
+            if self._guard is not None:
+                self._guard.look()
+            for arrival in arrivals(self._socket, self._limits):
+                self._take(arrival)
             self._end_if_drained()
 
     def _empty_mailbox(self) -> None:
@@ -207,13 +224,18 @@ class Listener:
         if self._mailbox.was_signalled:
             self._state = State.DRAINING
 
-    def _take(self, parts: list[Part]) -> None:
+    def _take(self, arrival: Arrival) -> None:
         """Answer or queue one message; nothing that a peer sends ends this thread."""
-        sender, *message = parts
+        sender, *message = arrival.parts
         try:
             envelope = open_envelope(message, self._limits)
             header = decode_header(envelope.header, RequestHeader)
-            self._handle(sender, header, decode(envelope, self._limits))
+            request = decode(envelope, self._limits)
+            refusal = self._guard.objection(arrival.key, arrival.address, request) if self._guard else None
+            if refusal is not None:
+                self._reply(sender, header.request, failure_of(NotPermitted(refusal)))
+            else:
+                self._handle(sender, header, request)
         except ProtocolError as error:
             self._count_malformed(error)
             if (number := _request_number(message)) is not None:
@@ -290,6 +312,8 @@ class Listener:
                 self._reply(job.sender, job.number, draining())
         for _ in range(self._handlers):
             self.jobs.put(None)
+        if self._guard is not None:
+            self._guard.detach()
         close_router(self._socket)
 
 
