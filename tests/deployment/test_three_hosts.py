@@ -4,6 +4,7 @@ Real processes in network namespaces: what is shown is what a machine on the sam
 """
 
 import json
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,6 +17,9 @@ from tests.protocol.security.deployment import Deployment
 
 HERE = Path(__file__).parent
 pytestmark = pytest.mark.slow
+
+
+SHORT = "[environment]\nnum_envs = 2\n[training]\nsteps = 40\nprefill = 20\n[learner.sac]\nbatch = 16\n"
 
 
 class ThreeHosts:
@@ -45,6 +49,12 @@ class ThreeHosts:
         program, registry = str(HERE / "look.py"), self.addresses["orchestrator"]
         return int(self.hosts.run(host, sys.executable, program, str(key), registry))
 
+    def train(self, run: Path) -> None:
+        """Have an agent train in a run directory, with the workers' addresses on its command line."""
+        workers = ("--render", self.addresses["render"], "--perception", self.addresses["perception"])
+        options = ("--key", self._key("agent"), "--run", str(run), *workers)
+        self.hosts.run("trainer", sys.executable, "-m", "agent", "train", *options)
+
     def log(self, role: str) -> str:
         return (self.logs / f"{role}.log").read_text()
 
@@ -71,6 +81,22 @@ def three_hosts(tmp_path_factory) -> Iterator[ThreeHosts]:
 
 def test_who_has_a_key_sees_a_person_across_hosts(three_hosts):
     assert three_hosts.joints_seen("trainer", three_hosts.keys.folder / "agent.key") > 10
+
+
+def test_a_training_across_hosts_ends_as_one_on_this_machine(three_hosts, tmp_path):
+    config = tmp_path / "short.toml"
+    config.write_text(SHORT)
+    here, across = tmp_path / "here", tmp_path / "across"
+    train = ("-m", "orchestrator", "train", str(config), "--run", str(here), "--no-evaluate")
+    subprocess.run([sys.executable, *train], check=True, capture_output=True, timeout=240)
+    across.mkdir()
+    (across / "config.toml").write_bytes((here / "config.toml").read_bytes())
+    three_hosts.train(across)
+    for name in ("weights.safetensors", "episodes.jsonl"):
+        assert (across / name).read_bytes() == (here / name).read_bytes()
+    journals = {path.name: path.read_bytes() for path in (here / "replay").iterdir()}
+    assert journals == {path.name: path.read_bytes() for path in (across / "replay").iterdir()}
+    assert journals
 
 
 def test_a_stranger_is_answered_nothing_and_every_log_says_who_tried(three_hosts):
