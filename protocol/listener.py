@@ -160,15 +160,8 @@ class Listener:
             InvalidInput, LimitExceeded: the reply can't be sent.
         """
         header = ReplyHeader(job.number, self.incarnation, queue=queue, compute=compute)
-        self._mailbox.leave(Answer(job.sender, seal(encode(reply, self._limits), header)))
-        # A reply that the handler's thread sends has one thread less to wait for, each with its turn on a busy core.
-        if self._socket_in_use.acquire(blocking=False):
-            try:
-                self._send_from_here()
-            finally:
-                self._socket_in_use.release()
-        else:
-            self._mailbox.ring()
+        answer = Answer(job.sender, seal(encode(reply, self._limits), header))
+        self._mailbox.put_or_handle(answer, self._socket_in_use, self._send_from_here)
 
     def _send_from_here(self) -> None:
         """Send what was answered, in the place of the listener's thread, which is woken if there is more to do."""
