@@ -14,6 +14,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 
 import msgspec
@@ -172,11 +173,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--every", type=float, default=20.0, help="seconds between two faults, on average")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--samples", type=Path, help="write every sample there as well, as JSON lines")
+    parser.add_argument("--folder", type=Path, help="keep the run and its logs there (default: they are removed)")
     options = parser.parse_args(arguments)
     console = Console(soft_wrap=True)
     settings = endless(load_config(options.config))
     with (
-        tempfile.TemporaryDirectory() as folder,
+        nullcontext(options.folder) if options.folder else tempfile.TemporaryDirectory() as folder,
         stop_on_signals() as stop,
         open_display(Console(stderr=True)) as display,
     ):
@@ -186,6 +188,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _soak_in(
     folder: Path, settings: RunConfig, options: argparse.Namespace, stop: StopRequest, memory: Memory, console: Console
 ) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
     config_path = folder / "soak.toml"
     config_path.write_bytes(resolved_toml(settings))
     with RehearsedRun(config_path, folder / "run", settings.timeouts, stop, memory) as run:
