@@ -7,7 +7,6 @@ nobody else on the machine.
 import contextlib
 import resource
 import sys
-from collections.abc import Callable
 
 from orchestrator.chaos.invariants import require_unhurt
 from orchestrator.chaos.rehearsed_run import RehearsedRun
@@ -27,33 +26,31 @@ class FullDisk(Scenario):
     """An agent can't write.
 
     Setup: an agent trains.
-    Fault: every write to a file fails, of this agent and of each that is started in its place, until it has tried to
-        write a checkpoint, and for some seconds more.
+    Fault: every write of this agent to a file fails, until a checkpoint was tried, and for some seconds more. Who is
+        started in its place has room again: without any, nobody can begin to train.
     Recovery: an agent is there.
     Invariant: the workers, which write nothing, are the same.
     """
 
     def __init__(self, chance: float) -> None:
         self._seconds = SHORTEST + chance * (LONGEST - SHORTEST)
-        self._limited: dict[int, tuple[int, int]] = {}
 
     def setup(self, run: RehearsedRun) -> None:
         """Note who is there."""
-        run.member(Role.AGENT, 0.0)
+        self._agent = run.member(Role.AGENT, 0.0)
         self._workers = (*run.crew.alive(Role.RENDER), *run.crew.alive(Role.PERCEPTION))
 
     def fault(self, run: RehearsedRun) -> float:
         """Fill the disk until a checkpoint was tried."""
         filled = run.now()
         run.failpoints.order(CHECKPOINT, "wait 0")
+        most, _ = limit_files(self._agent.pid, 0)
         try:
-            self._keep_full(run, lambda: not run.failpoints.is_pending(CHECKPOINT), "a checkpoint was tried")
-            until = run.now() + self._seconds
-            self._keep_full(run, lambda: run.now() >= until, "the disk had been full for long enough")
+            run.wait(lambda: not run.failpoints.is_pending(CHECKPOINT), "a checkpoint was tried")
+            run.nap(self._seconds)
         finally:
             run.failpoints.cancel(CHECKPOINT)
-            for pid, (most, _) in self._limited.items():
-                limit_files(pid, most)
+            limit_files(self._agent.pid, most)
         return filled
 
     def recovered(self, run: RehearsedRun) -> bool:
@@ -63,15 +60,6 @@ class FullDisk(Scenario):
     def invariant(self, run: RehearsedRun) -> None:
         """It is the agent's trouble alone."""
         require_unhurt(self._workers, by="the agent's full disk")
-
-    def _keep_full(self, run: RehearsedRun, until: Callable[[], bool], what: str) -> None:
-        def is_over() -> bool:
-            for agent in run.crew.alive(Role.AGENT):
-                if agent.pid not in self._limited:
-                    self._limited[agent.pid] = limit_files(agent.pid, 0)
-            return until()
-
-        run.wait(is_over, what)
 
 
 def limit_files(pid: int, size: int) -> tuple[int, int]:
