@@ -20,6 +20,9 @@ from protocol.exit_code import ExitCode, exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.messages import Observe, Perceive, Render, Role
 from protocol.observation import Observation
+from protocol.telemetry.endpoint import Endpoint, add_http_option
+from protocol.telemetry.info import About
+from protocol.telemetry.worker import worker_telemetry
 
 _logger = logging.getLogger(__name__)
 
@@ -68,15 +71,24 @@ def run(
     render: Sequence[str],
     membership: Enrolment | None = None,
     failpoint: Failpoint = no_failpoint,
+    http: Endpoint | None = None,
+    name: str = "perception",
 ) -> None:
     """Serve at `bind` until told to end, with frames from the render workers that `render` and the orchestrator name.
 
+    How the worker is, is served at `http`.
+
     Raises:
-        VantageError: the network can't be loaded, no render worker gets ready, or the address can't be bound.
+        VantageError: the network can't be loaded, no render worker gets ready, or an address can't be bound.
     """
     timeouts = Timeouts.from_config(config.timeouts)
     perception = config.perception
-    with Pool(render, role=Role.PERCEPTION, serves=Role.RENDER, timeouts=timeouts) as renderers:
+    capabilities = _capabilities(perception)
+    about = About(role=Role.PERCEPTION, name=name, serves=(bind,), capabilities=capabilities)
+    with (
+        Pool(render, role=Role.PERCEPTION, serves=Role.RENDER, timeouts=timeouts) as renderers,
+        worker_telemetry(http, about, {Role.RENDER: renderers}) as observer,
+    ):
 
         def start() -> Handlers:
             # The frames in hand are the parallel work; OpenCV's own threads would only contend for the same cores.
@@ -89,11 +101,12 @@ def run(
             start,
             role=Role.PERCEPTION,
             bind=bind,
-            capabilities=_capabilities(perception),
+            capabilities=capabilities,
             concurrency=perception.prefetch,
             timeouts=timeouts,
             membership=membership and membership._replace(follows={Role.RENDER: renderers}),
             failpoint=failpoint,
+            observer=observer,
         )
 
 
@@ -129,6 +142,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             render=chosen.render,
             membership=Enrolment(chosen.orchestrator, chosen.name) if chosen.orchestrator else None,
             failpoint=failpoint_of(os.environ),
+            http=chosen.http,
+            name=chosen.name,
         )
     except (VantageError, OSError) as error:
         _logger.error("%s", error)
@@ -156,4 +171,5 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--config", type=Path, metavar="FILE", help="the run's configuration; the defaults without it")
     parser.add_argument("--network", type=Path, metavar="FILE", help="an ONNX file, in place of the configuration's")
+    add_http_option(parser)
     return parser

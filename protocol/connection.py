@@ -225,7 +225,11 @@ class Connection:
     @property
     def _wants_pings(self) -> bool:
         return self.phase is Phase.OPEN and (
-            self.watched or bool(self.outstanding) or self.suspicion is not None or self.health is None or self._is_starting
+            self.watched
+            or bool(self.outstanding)
+            or self.suspicion is not None
+            or self.health is None
+            or self._is_starting
         )
 
     @property

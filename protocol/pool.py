@@ -66,7 +66,7 @@ class Pool(Caller):
         self._submit(Ping(), self._timeouts.startup, None, at_once=False).result()
 
     def watch(self) -> None:
-        """Ping the workers also while they hold no calls, so that `standings` are never older than a heartbeat or two."""
+        """Ping the workers also while they hold no calls, so that `standings` are never old."""
         self._dispatcher.watch()
 
     def standings(self) -> tuple[Standing, ...]:

@@ -16,6 +16,9 @@ from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.logs import configure
 from protocol.messages import Render, Role, Sampled, SampleScene
 from protocol.server import Handlers, serve
+from protocol.telemetry.endpoint import Endpoint, add_http_option
+from protocol.telemetry.info import About
+from protocol.telemetry.worker import worker_telemetry
 from protocol.timeouts import Timeouts
 from render_worker.renderer import Renderer, open_renderer
 from render_worker.scenes import sample_scene
@@ -32,6 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--config", type=Path, help="the run's configuration (default: every setting's default)")
     parser.add_argument("--orchestrator", metavar="ADDRESS", help="whom to register with; without it, nobody")
     parser.add_argument("--name", default="render", help="what the orchestrator calls this worker (default: render)")
+    add_http_option(parser)
     options = parser.parse_args(arguments)
     configure(Role.RENDER)
     try:
@@ -40,6 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             options.bind,
             membership=Enrolment(options.orchestrator, options.name) if options.orchestrator else None,
             failpoint=failpoint_of(os.environ),
+            http=options.http,
+            name=options.name,
         )
     except (VantageError, OSError) as error:
         logger.error("%s", error)
@@ -53,14 +59,19 @@ def run(
     *,
     membership: Enrolment | None = None,
     failpoint: Failpoint = no_failpoint,
+    http: Endpoint | None = None,
+    name: str = "render",
 ) -> None:
-    """Open a renderer and serve it at `bind`.
+    """Open a renderer and serve it at `bind`, and how the worker is at `http`.
 
     Raises:
-        AddressUnavailable: the address can't be bound, or the orchestrator's is none.
+        AddressUnavailable: an address can't be bound, or the orchestrator's is none.
         Unavailable, ArtifactMissing, ArtifactDamaged: the renderer can't be opened.
     """
+    capabilities = {"renderer": "opengl"}
+    about = About(role=Role.RENDER, name=name, serves=(bind,), capabilities=capabilities)
     with ExitStack() as held:
+        observer = held.enter_context(worker_telemetry(http, about))
 
         def start() -> Handlers:
             renderer = held.enter_context(closing(open_renderer(config.render)))
@@ -71,10 +82,11 @@ def run(
             start,
             role=Role.RENDER,
             bind=bind,
-            capabilities={"renderer": "opengl"},
+            capabilities=capabilities,
             timeouts=Timeouts.from_config(config.timeouts),
             membership=membership,
             failpoint=failpoint,
+            observer=observer,
         )
 
 
