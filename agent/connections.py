@@ -1,7 +1,7 @@
 """The agent's connections: to the workers that are its eyes, and to the orchestrator, where there is one."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from types import TracebackType
 from typing import Self
@@ -34,12 +34,15 @@ class Connections:
 
     def __init__(self, config: RunConfig, workers: Workers, on_orphaned: Callable[[], None]) -> None:
         timeouts = Timeouts.from_config(config.timeouts)
+        self.incarnation = new_incarnation()
         with ExitStack() as opened:
             self._render = opened.enter_context(_pool(workers.render, Role.RENDER, timeouts))
             self._perception = opened.enter_context(_pool(workers.perception, Role.PERCEPTION, timeouts))
             self._enrolled = workers.enrolment is not None
             if workers.enrolment is not None:
-                membership = opened.enter_context(_membership(workers.enrolment, on_orphaned, timeouts))
+                membership = opened.enter_context(
+                    _membership(workers.enrolment, self.incarnation, on_orphaned, timeouts)
+                )
                 membership.follow(self._render, Role.RENDER)
                 membership.follow(self._perception, Role.PERCEPTION)
             # Only now: the connections' threads keep theirs, so that an update does not hold up the next pictures.
@@ -60,6 +63,11 @@ class Connections:
             else:
                 pool.wait_ready()
 
+    @property
+    def calls(self) -> Mapping[Role, Pool]:
+        """The clients of the workers, by the role of these."""
+        return {Role.RENDER: self._render, Role.PERCEPTION: self._perception}
+
     def statistics(self) -> Statistics:
         """What was counted so far."""
         return total(self._render.statistics, self._perception.statistics)
@@ -77,12 +85,14 @@ def _pool(addresses: tuple[str, ...], serves: Role, timeouts: Timeouts) -> Pool:
     return Pool(addresses, role=Role.AGENT, serves=serves, timeouts=timeouts)
 
 
-def _membership(enrolment: Enrolment, on_orphaned: Callable[[], None], timeouts: Timeouts) -> Membership:
+def _membership(
+    enrolment: Enrolment, incarnation: str, on_orphaned: Callable[[], None], timeouts: Timeouts
+) -> Membership:
     # It serves nobody, so there is no address, and nothing to be ready for.
     record = WorkerRecord(
         role=Role.AGENT,
         address="",
-        incarnation=new_incarnation(),
+        incarnation=incarnation,
         state=State.READY,
         name=enrolment.name,
         pid=os.getpid(),

@@ -7,19 +7,22 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
+import numpy as np
 from msgspec.structs import replace
 
 from perception_worker.backend import open_network
 from perception_worker.models import OPENPOSE_MOBILENET_THIN
 from perception_worker.perceive import Perceiver
 from protocol import Handlers, Pool, Timeouts, logs, serve
+from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import PerceptionConfig, RunConfig, load_config
 from protocol.enrolment import Enrolment
 from protocol.errors import VantageError
 from protocol.exit_code import ExitCode, exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
+from protocol.frame import Frame
 from protocol.messages import Observe, Perceive, Render, Role
-from protocol.observation import Observation
+from protocol.observation import FilterState, Observation
 from protocol.telemetry.endpoint import Endpoint, add_http_option
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry
@@ -94,6 +97,7 @@ def run(
             # The frames in hand are the parallel work; OpenCV's own threads would only contend for the same cores.
             cv2.setNumThreads(1)
             perceiver = Perceiver(open_network(perception), perception)
+            _warm_up(perceiver)
             renderers.wait_any_ready()
             return PerceptionHandlers(perceiver, renderers, render_deadline=render_deadline(timeouts)).table()
 
@@ -108,6 +112,13 @@ def run(
             failpoint=failpoint,
             observer=observer,
         )
+
+
+def _warm_up(perceiver: Perceiver) -> None:
+    """Look at a black picture, so that what a network does but once is done before the first request waits for it."""
+    camera = Camera(CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0)), Intrinsics.from_horizontal_fov(640, 480, 70.0))
+    black = Frame(rgb=np.zeros((480, 640, 3), np.uint8), depth=np.zeros((480, 640), np.float32), camera=camera)
+    perceiver.perceive(black, FilterState.initial())
 
 
 def render_deadline(timeouts: Timeouts) -> float:
