@@ -4,7 +4,6 @@ from typing import Any
 
 import msgspec
 from fastapi import FastAPI, Response
-from fastapi.openapi.utils import get_openapi
 from msgspec import Struct
 from prometheus_client import CollectorRegistry
 from prometheus_client.exposition import CONTENT_TYPE_LATEST, generate_latest
@@ -46,7 +45,7 @@ def telemetry_app(subject: Subject, registry: CollectorRegistry) -> FastAPI:
     app.get("/health/ready", responses=_either("it can", "it can not yet", Readiness))(ready)
     app.get("/info", responses={200: {"description": "it is so", **_json(Info)}})(about)
     app.get("/metrics", responses={200: {"description": "as they are now", **_TEXT}}, response_class=Response)(metrics)
-    app.openapi_schema = _document(app)
+    _describe_bodies(app)
     return app
 
 
@@ -68,9 +67,8 @@ def _reference(name: str) -> str:
     return f"#/components/schemas/{name}"
 
 
-def _document(app: FastAPI) -> dict[str, Any]:
-    """The OpenAPI document; FastAPI does not know msgspec's types, so it is given their schemas."""
-    document = get_openapi(title=app.title, version=app.version, routes=app.routes)
+def _describe_bodies(app: FastAPI) -> None:
+    """Add the bodies' schemas to the OpenAPI document; FastAPI does not know msgspec's types."""
     _, schemas = msgspec.json.schema_components(_BODIES, ref_template=_reference("{name}"))
-    document.setdefault("components", {}).setdefault("schemas", {}).update(schemas)
-    return document
+    # FastAPI makes the document once and keeps it, so what is added to it stays.
+    app.openapi().setdefault("components", {}).setdefault("schemas", {}).update(schemas)
