@@ -12,7 +12,7 @@ from msgspec import Struct
 from orchestrator.heartbeat import RUNNING
 from orchestrator.live_display import Display, Snapshot
 from protocol.diagnosis import Standing
-from protocol.messages import Role, State
+from protocol.messages import Pong, Role, State
 from protocol.observer import NOBODY, Finished, Observed, Observer, Turning
 from protocol.telemetry.endpoint import Endpoint
 from protocol.telemetry.info import About, Info, info
@@ -56,6 +56,10 @@ class WatchedRun:
         """A request to the registry is over."""
         self.count(request)
 
+    def pong(self) -> Pong | None:
+        """How the registry is; None before it answers."""
+        return None if self._registry is None else self._registry.pong()
+
     def threads(self) -> Iterator[Turning]:
         """The registry's."""
         if self._registry is not None:
@@ -73,9 +77,8 @@ class WatchedRun:
 
     def info(self) -> Info:
         """What the orchestrator is."""
-        return info(
-            self._about, incarnation="" if self._registry is None else self._registry.pong().incarnation, calls={}
-        )
+        pong = self.pong()
+        return info(self._about, incarnation="" if pong is None else pong.incarnation, calls={})
 
 
 class Watch(Struct, frozen=True, eq=False):
@@ -111,9 +114,10 @@ def run_telemetry(at: Endpoint | None, run: str, display: Display) -> Generator[
     with needs_libraries():
         # Only here: who is not to serve this does not load it.
         from orchestrator.metrics import RunCollector
-        from protocol.telemetry.metrics import RequestMetrics
+        from protocol.telemetry.metrics import RequestMetrics, WorkerCollector
     watched = WatchedRun(About(role=Role.ORCHESTRATOR, name=run), display)
     with process_telemetry(at, watched, {}) as registry:
         registry.register(RunCollector(lambda: watched.snapshot))
+        registry.register(WorkerCollector(watched.pong))
         watched.count = RequestMetrics(registry).count
         yield Watch(watched, watched)
