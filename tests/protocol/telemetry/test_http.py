@@ -88,6 +88,7 @@ def test_signals_and_logs_stay_ours(app, caplog):
         assert handlers == {number: signal.getsignal(number) for number in handlers}
         assert signal.set_wakeup_fd(-1) == -1
     assert logging.getLogger().handlers == before
+    assert all(not logging.getLogger(name).handlers for name in ("uvicorn", "uvicorn.error", "uvicorn.access"))
     assert {record.name for record in caplog.records if record.name.startswith("uvicorn")} == set()
 
 

@@ -178,7 +178,9 @@ class TestReady:
             process = start("serves_scenes", child)
             wait_until(monitor.is_ready)
             process.send_signal(signal.SIGSTOP)
-            wait_until(lambda: not monitor.is_ready())
+            # Without pings it would be missed as well, but later: its connection breaks.
+            wait_until(lambda: "it answers no pings" in monitor.get("/health/ready").text)
+            assert not monitor.is_ready()
             process.send_signal(signal.SIGCONT)
             wait_until(monitor.is_ready)
 
