@@ -18,6 +18,8 @@ class WatchedWorker:
 
     Args:
         calls: the workers that it needs, by role; without one at work of each, it is not ready.
+
+    Attributes:
         count: told of each request that is over.
     """
 
