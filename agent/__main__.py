@@ -14,6 +14,7 @@ from protocol.enrolment import Enrolment
 from protocol.errors import VantageError
 from protocol.exit_code import ExitCode, exit_code_of
 from protocol.failpoint import failpoint_of
+from protocol.security.options import add_security_options, security_of
 from protocol.telemetry.endpoint import add_http_option
 
 _log = logging.getLogger("agent")
@@ -23,9 +24,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Do one of the agent's jobs, and say with the exit code how it ended: see `protocol.exit_code`."""
     parser = _parser()
     options = parser.parse_args(arguments)
-    workers = _workers(options, parser)
     logs.configure("agent")
     try:
+        workers = _workers(options, parser)
         if options.job == "train":
             train_run(options.run, workers, failpoint_of(os.environ), http=options.http)
         else:
@@ -46,6 +47,7 @@ def _parser() -> argparse.ArgumentParser:
         job.add_argument("--render", action="append", default=[], help="address of a render worker; may be repeated")
         job.add_argument("--perception", action="append", default=[], help="of a perception worker; likewise")
         job.add_argument("--orchestrator", help="where to register, and to learn of workers")
+        add_security_options(job)
         job.add_argument("--name", default="", help="what the orchestrator calls this process")
         add_http_option(job)
     evaluate.add_argument("--episodes", type=_count, help="flights of each policy, instead of the configured number")
@@ -59,7 +61,12 @@ def _workers(options: argparse.Namespace, parser: argparse.ArgumentParser) -> Wo
     enrolment = None
     if options.orchestrator is not None:
         enrolment = Enrolment(options.orchestrator, options.name or options.job)
-    return Workers(render=tuple(options.render), perception=tuple(options.perception), enrolment=enrolment)
+    return Workers(
+        render=tuple(options.render),
+        perception=tuple(options.perception),
+        enrolment=enrolment,
+        security=security_of(options, os.environ),
+    )
 
 
 def _count(text: str) -> int:

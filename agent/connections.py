@@ -18,15 +18,20 @@ from protocol.membership import Membership
 from protocol.messages import Role, State, WorkerRecord
 from protocol.pool import Pool
 from protocol.priority import let_others_go_first
+from protocol.security import LOCAL_ONLY, Security
 from protocol.timeouts import Timeouts
 
 
 class Workers(Struct, frozen=True):
-    """Where the workers of a run serve; with an orchestrator to ask, those that it names come on top."""
+    """Where the workers of a run serve; with an orchestrator to ask, those that it names come on top.
+
+    `security` has the keys to speak with all of them; without any, they are on this machine.
+    """
 
     render: tuple[str, ...] = ()
     perception: tuple[str, ...] = ()
     enrolment: Enrolment | None = None
+    security: Security = LOCAL_ONLY
 
 
 class Connections:
@@ -36,12 +41,13 @@ class Connections:
         timeouts = Timeouts.from_config(config.timeouts)
         self.incarnation = new_incarnation()
         with ExitStack() as opened:
-            self._render = opened.enter_context(_pool(workers.render, Role.RENDER, timeouts))
-            self._perception = opened.enter_context(_pool(workers.perception, Role.PERCEPTION, timeouts))
+            security = workers.security
+            self._render = opened.enter_context(_pool(workers.render, Role.RENDER, timeouts, security))
+            self._perception = opened.enter_context(_pool(workers.perception, Role.PERCEPTION, timeouts, security))
             self._enrolled = workers.enrolment is not None
             if workers.enrolment is not None:
                 membership = opened.enter_context(
-                    _membership(workers.enrolment, self.incarnation, on_orphaned, timeouts)
+                    _membership(workers.enrolment, self.incarnation, on_orphaned, timeouts, security)
                 )
                 membership.follow(self._render, Role.RENDER)
                 membership.follow(self._perception, Role.PERCEPTION)
@@ -81,12 +87,16 @@ class Connections:
         self._opened.close()
 
 
-def _pool(addresses: tuple[str, ...], serves: Role, timeouts: Timeouts) -> Pool:
-    return Pool(addresses, role=Role.AGENT, serves=serves, timeouts=timeouts)
+def _pool(addresses: tuple[str, ...], serves: Role, timeouts: Timeouts, security: Security) -> Pool:
+    return Pool(addresses, role=Role.AGENT, serves=serves, timeouts=timeouts, security=security)
 
 
 def _membership(
-    enrolment: Enrolment, incarnation: str, on_orphaned: Callable[[], None], timeouts: Timeouts
+    enrolment: Enrolment,
+    incarnation: str,
+    on_orphaned: Callable[[], None],
+    timeouts: Timeouts,
+    security: Security,
 ) -> Membership:
     # It serves nobody, so there is no address, and nothing to be ready for.
     record = WorkerRecord(
@@ -97,4 +107,10 @@ def _membership(
         name=enrolment.name,
         pid=os.getpid(),
     )
-    return Membership(enrolment.orchestrator, describe=lambda: record, on_orphaned=on_orphaned, timeouts=timeouts)
+    return Membership(
+        enrolment.orchestrator,
+        describe=lambda: record,
+        on_orphaned=on_orphaned,
+        timeouts=timeouts,
+        security=security,
+    )

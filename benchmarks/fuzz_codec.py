@@ -42,7 +42,7 @@ with _watched(["protocol"]):
     from protocol.limits import Limits
     from protocol.listener import Listener
     from protocol.messages import MESSAGE_NUMBERS, Role, State
-    from protocol.sockets import Context
+    from protocol.sockets import Arrival, Context
     from protocol.timeouts import DEFAULT_TIMEOUTS
 
 # Small, so that what is too large is found as well.
@@ -61,7 +61,7 @@ class FedListener(Listener):
 
     def feed(self, parts: Sequence[Part]) -> bool:
         """Handle one message; False once it takes no more."""
-        self._take([b"fuzz", *parts])
+        self._take(Arrival([b"fuzz", *parts]))
         while not self.jobs.empty() and self._in_hand == LIMITS.queue:
             self.jobs.get()
             self._in_hand -= 1

@@ -3,7 +3,9 @@
     python -m benchmarks.soak --minutes 60
 
 Faults of every class strike at random moments, one every 20 s on average, whether the run has recovered from the one
-before or not. Prints a Markdown table: a line through the memory of each process, over all processes of its name.
+before or not. Prints a Markdown table: a line through the memory of each process, over all processes of its name, once
+against the time of the soak, and once against the process' own age, of those that lived long enough for their caches to
+be full.
 """
 
 import argparse
@@ -11,9 +13,10 @@ import statistics
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import psutil
 from msgspec import Struct
@@ -32,8 +35,10 @@ from orchestrator.stop_request import StopRequest, stop_on_signals
 from protocol.config import RunConfig, load_config
 
 SAMPLE_EVERY = 5.0
-YOUTH = 15.0
+LOADING = 15.0
 """Seconds of a process's life that are left out: it is still loading."""
+GROWN_UP = 180.0
+"""Seconds after which a process' caches (of scenes, of textures) are full."""
 CHECKPOINT_EVERY = 100
 """Steps; agents live for less than a minute here, and have to come to their next checkpoint."""
 ENDLESS = 10**8
@@ -41,10 +46,11 @@ MIB = 2**20
 
 
 class Sample(Struct, frozen=True):
-    """The memory of one process: seconds since the soak began, and bytes."""
+    """The memory of one process: seconds since the soak began and since the process did, and bytes."""
 
     name: str
     time: float
+    age: float
     resident: int
 
 
@@ -76,8 +82,9 @@ class Memory:
     def _take(self, name: str, pid: int) -> None:
         try:
             process = psutil.Process(pid)
-            if time.time() - process.create_time() > YOUTH:
-                self.samples.append(Sample(name, self.elapsed, process.memory_info().rss))
+            age = time.time() - process.create_time()
+            if age > LOADING:
+                self.samples.append(Sample(name, self.elapsed, age, process.memory_info().rss))
         except psutil.NoSuchProcess:
             return
 
@@ -91,11 +98,11 @@ class Line(Struct, frozen=True):
     samples: int
 
 
-def fit(samples: Sequence[Sample]) -> Line | None:
-    """By least squares; None for too few samples to tell an error from."""
+def fit(samples: Sequence[Sample], against: Callable[[Sample], float]) -> Line | None:
+    """By least squares against seconds; None for too few samples to tell an error from."""
     if len(samples) < 4:
         return None
-    hours = np.array([sample.time for sample in samples]) / 3600
+    hours = np.array([against(sample) for sample in samples]) / 3600
     mib = np.array([sample.resident for sample in samples]) / MIB
     coefficients, covariance = np.polyfit(hours, mib, 1, cov=True)
     return Line(
@@ -139,13 +146,22 @@ def endless(config: RunConfig) -> RunConfig:
 
 def table(memory: Memory, restarts: dict[str, int]) -> str:
     """One row a process."""
-    rows = ["| process | restarts | samples | median, MiB | slope, MiB/hour |", "|---|---:|---:|---:|---:|"]
+    rows = [
+        "| process | restarts | samples | median, MiB | by time, MiB/hour | older than 3 min | by age, MiB/hour |",
+        "|---|---:|---:|---:|---:|---:|---:|",
+    ]
     for name in sorted({sample.name for sample in memory.samples}):
-        line = fit([sample for sample in memory.samples if sample.name == name])
+        of_name = [sample for sample in memory.samples if sample.name == name]
+        grown_up = [sample for sample in of_name if sample.age > GROWN_UP]
+        line, growth = fit(of_name, lambda sample: sample.time), fit(grown_up, lambda sample: sample.age)
         if line is not None:
-            figures = f"{line.samples} | {line.median:.0f} | {line.slope:+.1f} ± {line.error:.1f}"
+            figures = f"{line.samples} | {line.median:.0f} | {_slope(line)} | {len(grown_up)} | {_slope(growth)}"
             rows.append(f"| {name} | {restarts.get(name, 0)} | {figures} |")
     return "\n".join(rows)
+
+
+def _slope(line: Line | None) -> str:
+    return f"{line.slope:+.1f} ± {line.error:.1f}" if line else "too few"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -155,6 +171,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--every", type=float, default=20.0, help="seconds between two faults, on average")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--samples", type=Path, help="write every sample there as well, as JSON lines")
     options = parser.parse_args(arguments)
     console = Console(soft_wrap=True)
     settings = endless(load_config(options.config))
@@ -175,6 +192,8 @@ def _soak_in(
         struck = soak(run, memory, minutes=options.minutes, every=options.every, seed=options.seed)
         run.stop_in_order()
         restarts = run.crew.restarts | {"orchestrator": run.resumes}
+    if options.samples is not None:
+        options.samples.write_bytes(msgspec.json.Encoder().encode_lines(memory.samples))
     console.print(f"machine: {machine_kind()}")
     console.print(f"{struck.total()} faults in {memory.elapsed / 60:.0f} minutes, {run.progress.step} steps trained\n")
     console.print(table(memory, restarts), markup=False)

@@ -14,7 +14,7 @@ from rich.console import Console
 from typer.core import TyperGroup
 
 from orchestrator import doctor as machine
-from orchestrator import training
+from orchestrator import keys, training
 from orchestrator.errors import Interrupted, RunError
 from orchestrator.launch import PROCESS_ENVIRONMENT, Evaluate
 from orchestrator.live_display import Display, open_display
@@ -28,6 +28,7 @@ from orchestrator.telemetry import run_telemetry
 from orchestrator.versions import collect_versions, installed_version
 from protocol.config import load_config
 from protocol.errors import InvalidConfig, InvalidInput, VantageError
+from protocol.messages import Role
 from protocol.scene import Split
 from protocol.telemetry.endpoint import Endpoint, parse_endpoint
 
@@ -67,14 +68,19 @@ app = typer.Typer(
 )
 models_app = typer.Typer(help="The pose network in the user's cache.", no_args_is_help=True)
 bodies_app = typer.Typer(help="The bodies in the user's cache.", no_args_is_help=True)
+keys_app = typer.Typer(
+    help="The keys under which processes on several machines speak with each other.", no_args_is_help=True
+)
 app.add_typer(models_app, name="models")
 app.add_typer(bodies_app, name="bodies")
+app.add_typer(keys_app, name="keys")
 
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout, and nothing else there.")]
 HttpOption = Annotated[
     str | None,
     typer.Option(metavar="[HOST:]PORT", help="Where to answer health checks and give metrics.", show_default="nowhere"),
 ]
+KeysOption = Annotated[Path, typer.Option("--dir", help="Where the keys and the list of allowed ones are.")]
 ForceOption = Annotated[bool, typer.Option("--force", help="Make it anew even if it is there.")]
 
 
@@ -250,6 +256,35 @@ def pull_models(force: ForceOption = False) -> None:
 def bake_bodies(force: ForceOption = False) -> None:
     """Make the file of bodies in the user's cache, unless it is there and whole (about two minutes)."""
     _run_setup("render_worker.bake", *(["--force"] if force else []))
+
+
+@keys_app.command("new", epilog=_examples("orchestrator keys new gpu-box --role render"))
+def new_key(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="What to call it.", show_default=False)],
+    role: Annotated[Role, typer.Option(help="What its holder may be.", show_default=False)],
+    directory: KeysOption = Path("keys"),
+) -> None:
+    """Make a key, and allow it. Copy its file and allowed.json to the machine that is to have it."""
+    typer.echo(keys.new_key(directory, name, role))
+
+
+@keys_app.command("list", epilog=_examples("orchestrator keys list", "orchestrator keys list --json"))
+def list_keys(directory: KeysOption = Path("keys"), json: JsonOption = False) -> None:
+    """Say which keys there are, and which of them count."""
+    found = keys.listed_keys(directory)
+    if json:
+        _print_json(found.keys)
+    else:
+        Console(soft_wrap=True).print(keys.keys_table(found))
+
+
+@keys_app.command("revoke", epilog=_examples("orchestrator keys revoke gpu-box"))
+def revoke_key(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Which key.", show_default=False)],
+    directory: KeysOption = Path("keys"),
+) -> None:
+    """Let a key count no more: at once where allowed.json is this file, elsewhere when it has been copied there."""
+    keys.revoke_key(directory, name)
 
 
 @app.command(

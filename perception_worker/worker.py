@@ -16,13 +16,15 @@ from perception_worker.perceive import Perceiver
 from protocol import Handlers, Pool, Timeouts, logs, serve
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import PerceptionConfig, RunConfig, load_config
-from protocol.enrolment import Enrolment
+from protocol.enrolment import ADVERTISE_HELP, Enrolment, enrolment_of
 from protocol.errors import VantageError
 from protocol.exit_code import ExitCode, exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.frame import Frame
 from protocol.messages import Observe, Perceive, Render, Role
 from protocol.observation import FilterState, Observation
+from protocol.security import LOCAL_ONLY, Security
+from protocol.security.options import add_security_options, security_of
 from protocol.telemetry.endpoint import Endpoint, add_http_option
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry
@@ -74,6 +76,7 @@ def run(
     render: Sequence[str],
     membership: Enrolment | None = None,
     failpoint: Failpoint = no_failpoint,
+    security: Security = LOCAL_ONLY,
     http: Endpoint | None = None,
     name: str = "perception",
 ) -> None:
@@ -82,14 +85,15 @@ def run(
     How the worker is, is served at `http`.
 
     Raises:
-        VantageError: the network can't be loaded, no render worker gets ready, or an address can't be bound.
+        VantageError: the network can't be loaded, no render worker gets ready, an address can't be bound, or other
+            machines can reach it and there is no key.
     """
     timeouts = Timeouts.from_config(config.timeouts)
     perception = config.perception
     capabilities = _capabilities(perception)
     about = About(role=Role.PERCEPTION, name=name, serves=(bind,), capabilities=capabilities)
     with (
-        Pool(render, role=Role.PERCEPTION, serves=Role.RENDER, timeouts=timeouts) as renderers,
+        Pool(render, role=Role.PERCEPTION, serves=Role.RENDER, timeouts=timeouts, security=security) as renderers,
         worker_telemetry(http, about, {Role.RENDER: renderers}) as observer,
     ):
 
@@ -110,6 +114,7 @@ def run(
             timeouts=timeouts,
             membership=membership and membership._replace(follows={Role.RENDER: renderers}),
             failpoint=failpoint,
+            security=security,
             observer=observer,
         )
 
@@ -151,8 +156,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             config,
             bind=chosen.bind,
             render=chosen.render,
-            membership=Enrolment(chosen.orchestrator, chosen.name) if chosen.orchestrator else None,
+            membership=enrolment_of(chosen),
             failpoint=failpoint_of(os.environ),
+            security=security_of(chosen, os.environ),
             http=chosen.http,
             name=chosen.name,
         )
@@ -180,6 +186,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--name", default="perception", help="what the orchestrator calls this worker (default: perception)"
     )
+    parser.add_argument("--advertise", metavar="ADDRESS", help=ADVERTISE_HELP)
+    add_security_options(parser)
     parser.add_argument("--config", type=Path, metavar="FILE", help="the run's configuration; the defaults without it")
     parser.add_argument("--network", type=Path, metavar="FILE", help="an ONNX file, in place of the configuration's")
     add_http_option(parser)

@@ -14,6 +14,9 @@ LONGEST_IPC_PATH = 103
 _TCP = re.compile(r"tcp://(?:\[[0-9A-Fa-f:.%]+\]|[A-Za-z0-9._*-]+):(?P<port>\d{1,5}|\*)")
 
 
+_EVERY_INTERFACE = re.compile(r"tcp://(?:\*|0\.0\.0\.0|\[::\]):(?P<port>\d{1,5})")
+
+
 def check_address(address: str) -> str:
     """Return `address` if it is one.
 
@@ -31,6 +34,12 @@ def check_address(address: str) -> str:
 def ipc_path(address: str) -> Path | None:
     """The socket's file, for an address within this machine."""
     return Path(address.removeprefix("ipc://")) if address.startswith("ipc://") else None
+
+
+def reachable(bind: str, host: str) -> str:
+    """Where others reach what is bound there: at the host's name, if it is bound to every interface."""
+    match = _EVERY_INTERFACE.fullmatch(bind)
+    return bind if match is None else f"tcp://{host}:{match['port']}"
 
 
 def clear_stale_socket(address: str) -> None:

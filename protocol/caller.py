@@ -19,6 +19,7 @@ from protocol.limits import Limits
 from protocol.message import ReplyT, Request
 from protocol.messages import Drain, Hello, Ping, Pong, Role, State, Welcome
 from protocol.pending import Pending
+from protocol.security import LOCAL_ONLY, Security
 from protocol.sockets import Context, new_context
 from protocol.timeouts import Timeouts
 
@@ -38,6 +39,7 @@ class Caller:
         timeouts: Timeouts,
         limits: Limits,
         context: Context | None,
+        security: Security = LOCAL_ONLY,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         if len(set(addresses)) < len(addresses):
@@ -46,6 +48,7 @@ class Caller:
         self._serves = serves
         self._timeouts = timeouts
         self._limits = limits
+        self._security = security
         self._clock = clock
         self._hello = Hello(role=role, incarnation=new_incarnation())
         self._owns_context = context is None
@@ -76,6 +79,7 @@ class Caller:
         Raises:
             DeadlineExceeded, WorkerLost, Rejected, ClientClosed: see `protocol.errors`.
             VersionMismatch, WrongRole: the worker at the address is not one to talk to.
+            NotPermitted: it does not take our key.
             MalformedMessage: it answered with something else than this request's reply.
             InvalidInput, LimitExceeded: the request itself can't be sent.
         """
@@ -112,9 +116,10 @@ class Caller:
     ) -> None:
         self.close()
 
-    def _connect(self, address: str) -> Connection:
+    def _connect(self, address: str, announced_key: str = "") -> Connection:
         return Connection(
             address,
+            curve=self._security.curve_to(address, self._serves, announced_key),
             hello=self._hello,
             serves=self._serves,
             timeouts=self._timeouts,

@@ -3,6 +3,7 @@
 from protocol.caller import Caller
 from protocol.limits import DEFAULT_LIMITS, Limits
 from protocol.messages import Pong, Role, Welcome
+from protocol.security import LOCAL_ONLY, Security
 from protocol.sockets import Context
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 
@@ -15,9 +16,11 @@ class Client(Caller):
         role: what this process is.
         serves: what the worker must be; none takes any.
         context: of the process, shared with other sockets; by default the client has its own.
+        security: the keys to speak under; without any, only within this machine.
 
     Raises:
         AddressUnavailable: `address` is none.
+        NotPermitted: the keys that there are are not enough to speak with a worker there.
     """
 
     def __init__(
@@ -29,8 +32,11 @@ class Client(Caller):
         timeouts: Timeouts = DEFAULT_TIMEOUTS,
         limits: Limits = DEFAULT_LIMITS,
         context: Context | None = None,
+        security: Security = LOCAL_ONLY,
     ) -> None:
-        super().__init__([address], role=role, serves=serves, timeouts=timeouts, limits=limits, context=context)
+        super().__init__(
+            [address], role=role, serves=serves, timeouts=timeouts, limits=limits, context=context, security=security
+        )
         self.address = address
 
     def wait_ready(self) -> Welcome:

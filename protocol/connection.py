@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from protocol.call import Call
 from protocol.codec import Envelope, decode, decode_header, encode, open_envelope, seal
-from protocol.errors import MalformedMessage, ProtocolError, VantageError, VersionMismatch, WrongRole
+from protocol.errors import MalformedMessage, NotPermitted, ProtocolError, VantageError, VersionMismatch, WrongRole
 from protocol.failure import DRAINING, OVERLOADED, error_of
 from protocol.header import ReplyHeader, RequestHeader
 from protocol.limits import Limits
@@ -36,6 +36,7 @@ from protocol.messages import (
     Welcome,
 )
 from protocol.pulse import Pulse, Suspicion
+from protocol.security import Curve
 from protocol.sockets import Context, Socket, received, send
 from protocol.timeouts import Timeouts
 
@@ -45,6 +46,9 @@ _AT_WORK = (State.READY, State.BUSY)
 
 _SHORTEST_LIFE = 0.05
 """Seconds between two tries to open a connection that breaks at once, again and again."""
+
+_DENIAL_LASTS = 1.0
+"""Seconds after which a worker that did not take our key is asked again; ZeroMQ itself never asks twice."""
 
 _LONGEST_HEARTBEAT = 10.0
 
@@ -96,6 +100,7 @@ class Connection:
         limits: Limits,
         context: Context,
         clock: Callable[[], float],
+        curve: Curve | None = None,
     ) -> None:
         self.address = address
         self.name = f"{serves or 'worker'} at {address}"
@@ -115,7 +120,9 @@ class Connection:
         self._limits = limits
         self._context = context
         self._clock = clock
-        self._line = Line(context, address, timeouts, limits)
+        self._curve = curve
+        self._denial: NotPermitted | None = None
+        self._line = Line(context, address, timeouts, limits, curve)
         self._opened = clock()
         self._ids = itertools.count(1)
         self._asked: set[int] = set()
@@ -128,7 +135,7 @@ class Connection:
     @property
     def sockets(self) -> tuple[Socket, ...]:
         """What to wait on for `receive`."""
-        return () if self.phase is Phase.BROKEN else self._line.sockets
+        return () if self._is_closed else self._line.sockets
 
     def send(self, call: Call) -> None:
         """Send a call to the worker, which holds it from then on."""
@@ -163,7 +170,7 @@ class Connection:
     @property
     def refusal(self) -> VantageError | None:
         """Why no call can be made on it, once the handshake has come to nothing."""
-        return None if self._greeting is None else self._objection(self._greeting)
+        return self._denial if self._greeting is None else self._objection(self._greeting)
 
     @property
     def is_at_work(self) -> bool:
@@ -203,7 +210,7 @@ class Connection:
         """Do what is due: open a broken connection again, ping a worker that holds calls or starts."""
         if self.due is None or self._clock() < self.due:
             return
-        if self.phase is Phase.BROKEN:
+        if self._is_closed:
             self._open()
         else:
             self._ping()
@@ -211,7 +218,7 @@ class Connection:
     @property
     def due(self) -> float | None:
         """When `tend` has something to do next."""
-        return self._due if self.phase is Phase.BROKEN or self._wants_pings else None
+        return self._due if self._is_closed or self._wants_pings else None
 
     def retire(self) -> list[Call]:
         """Drop the connection for good; returns the calls that the worker held."""
@@ -221,6 +228,11 @@ class Connection:
     def close(self) -> None:
         """Drop the connection and all that is under way on it."""
         self._line.close()
+
+    @property
+    def _is_closed(self) -> bool:
+        """Whether there is no socket for now; `tend` opens the next one."""
+        return self.phase is Phase.BROKEN or (self.phase is Phase.REFUSED and self._denial is not None)
 
     @property
     def _wants_pings(self) -> bool:
@@ -263,11 +275,26 @@ class Connection:
             if event is LineEvent.BROKEN and self.phase is not Phase.CONNECTING:
                 self._break()
                 return
+            if event is LineEvent.DENIED:
+                self._take_denial()
+                return
             if event is LineEvent.MADE:
+                self._denial = None
                 self.phase = Phase.GREETING
                 self._ask(self._hello)
                 # What it answers to this says whether it is ready; until then it gets no calls.
                 self._ask(Ping())
+
+    def _take_denial(self) -> None:
+        """It does not take our key. Calls are told so at once, until one of the next tries succeeds."""
+        name = "" if self._curve is None else f" {self._curve.own.name!r}"
+        self._denial = NotPermitted(
+            f"{self.name} does not take our key{name}: it is not in its list of allowed keys, was revoked, or is of "
+            "a role that has no business there; its log says which"
+        )
+        self._line.close()
+        self.phase = Phase.REFUSED
+        self._due = self._clock() + _DENIAL_LASTS
 
     def _break(self) -> None:
         """Drop the connection; the calls that the worker held are lost."""
@@ -283,7 +310,7 @@ class Connection:
         self._due = max(self._clock(), self._opened + _SHORTEST_LIFE)
 
     def _open(self) -> None:
-        self._line = Line(self._context, self.address, self._timeouts, self._limits)
+        self._line = Line(self._context, self.address, self._timeouts, self._limits, self._curve)
         self._opened = self._clock()
         self.phase = Phase.CONNECTING
 

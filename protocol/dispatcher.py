@@ -76,15 +76,7 @@ class Dispatcher:
 
     def submit(self, call: Call) -> None:
         """Take a call, which ends by its deadline, or with `ClientClosed`. May be called from any thread."""
-        self._mailbox.leave(call)
-        # A call that its own thread sends has one thread less to wait for, each with its turn on a busy core.
-        if self._sockets_in_use.acquire(blocking=False):
-            try:
-                self._send_from_here()
-            finally:
-                self._sockets_in_use.release()
-        else:
-            self._mailbox.ring()
+        self._mailbox.put_or_handle(call, self._sockets_in_use, self._send_from_here)
         # The thread may have ended meanwhile, and looked into the mailbox for the last time.
         if self._over is not None:
             self._fail_unread()

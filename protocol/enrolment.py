@@ -3,9 +3,11 @@
 An orphan drains as after SIGTERM. One that can't, since a handler of it hangs, is ended all the same.
 """
 
+import argparse
 import logging
 import os
 import signal
+import socket
 import threading
 from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -13,11 +15,13 @@ from typing import NamedTuple
 
 from msgspec.structs import replace
 
+from protocol.address import reachable
 from protocol.exit_code import ExitCode
 from protocol.listener import Listener
 from protocol.membership import Membership
 from protocol.messages import Role, WorkerRecord
 from protocol.pool import Pool
+from protocol.security import LOCAL_ONLY, Security
 from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)
@@ -27,21 +31,41 @@ _AFTER_THE_AGENT = 1.25
 
 
 class Enrolment(NamedTuple):
-    """With which orchestrator a worker registers, under which name, and which pools follow what it learns there."""
+    """With which orchestrator a worker registers, under which name, and which pools follow what it learns there.
+
+    `advertised` is where others reach it, if that is not where it binds.
+    """
 
     orchestrator: str
     name: str
     follows: Mapping[Role, Pool] = {}
+    advertised: str | None = None
+
+
+ADVERTISE_HELP = "where others reach it, if not at --bind (default for a bind to every interface: this host's name)"
+
+
+def enrolment_of(options: argparse.Namespace) -> Enrolment | None:
+    """What a worker's options `--orchestrator`, `--name` and `--advertise` come to."""
+    if options.orchestrator is None:
+        return None
+    return Enrolment(options.orchestrator, options.name, advertised=options.advertise)
 
 
 @contextmanager
-def enrolled(enrolment: Enrolment, listener: Listener, bind: str, timeouts: Timeouts) -> Generator[None]:
+def enrolled(
+    enrolment: Enrolment, listener: Listener, bind: str, timeouts: Timeouts, security: Security = LOCAL_ONLY
+) -> Generator[None]:
     """Register a worker that is served from the calling thread, and have it end once it is an orphan."""
+    address = enrolment.advertised or reachable(bind, socket.gethostname())
+    credentials = security.credentials_for(bind)
+    key = credentials.own.public if credentials else ""
 
     def describe() -> WorkerRecord:
         return WorkerRecord(
             role=listener.role,
-            address=bind,
+            address=address,
+            key=key,
             incarnation=listener.incarnation,
             state=listener.state,
             name=enrolment.name,
@@ -51,7 +75,9 @@ def enrolled(enrolment: Enrolment, listener: Listener, bind: str, timeouts: Time
     with ExitStack() as held:
         end = _end_of(listener, held, timeouts)
         patience = replace(timeouts, grace=_AFTER_THE_AGENT * timeouts.grace)
-        membership = Membership(enrolment.orchestrator, describe=describe, on_orphaned=end, timeouts=patience)
+        membership = Membership(
+            enrolment.orchestrator, describe=describe, on_orphaned=end, timeouts=patience, security=security
+        )
         held.enter_context(membership)
         for role, pool in enrolment.follows.items():
             membership.follow(pool, role)

@@ -10,17 +10,25 @@ import zmq
 from zmq.utils.monitor import recv_monitor_message
 
 from protocol.limits import Limits
+from protocol.security import Curve
 from protocol.sockets import Context, Socket, connect_dealer
 from protocol.timeouts import Timeouts
 
-_WATCHED = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_DISCONNECTED
+_WATCHED = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_HANDSHAKE_FAILED_AUTH | zmq.EVENT_DISCONNECTED
 
 
 class LineEvent(Enum):
     """What happens to a line."""
 
     MADE = auto()
+    DENIED = auto()
     BROKEN = auto()
+
+
+_EVENTS: dict[int, LineEvent] = {
+    zmq.EVENT_HANDSHAKE_SUCCEEDED: LineEvent.MADE,
+    zmq.EVENT_HANDSHAKE_FAILED_AUTH: LineEvent.DENIED,
+}
 
 
 class Line:
@@ -30,8 +38,10 @@ class Line:
         AddressUnavailable: there can be nothing at the address.
     """
 
-    def __init__(self, context: Context, address: str, timeouts: Timeouts, limits: Limits) -> None:
-        self.socket, self.monitor = connect_dealer(context, address, timeouts, limits, _WATCHED)
+    def __init__(
+        self, context: Context, address: str, timeouts: Timeouts, limits: Limits, curve: Curve | None = None
+    ) -> None:
+        self.socket, self.monitor = connect_dealer(context, address, timeouts, limits, _WATCHED, curve)
 
     @property
     def sockets(self) -> tuple[Socket, Socket]:
@@ -42,8 +52,7 @@ class Line:
         """What has happened since the last time."""
         events: list[LineEvent] = []
         while self.monitor.poll(0):
-            made = recv_monitor_message(self.monitor)["event"] == zmq.EVENT_HANDSHAKE_SUCCEEDED
-            events.append(LineEvent.MADE if made else LineEvent.BROKEN)
+            events.append(_EVENTS.get(int(recv_monitor_message(self.monitor)["event"]), LineEvent.BROKEN))
         return events
 
     def close(self) -> None:

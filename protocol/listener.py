@@ -18,7 +18,7 @@ import psutil
 from protocol.array_part import Part
 from protocol.catalogue import Message
 from protocol.codec import decode, decode_header, encode, open_envelope, seal
-from protocol.errors import ProtocolError, VersionMismatch
+from protocol.errors import NotPermitted, ProtocolError, VersionMismatch
 from protocol.failure import draining, failure_of, overloaded
 from protocol.header import ReplyHeader, RequestHeader
 from protocol.incarnation import new_incarnation
@@ -40,7 +40,17 @@ from protocol.messages import (
 )
 from protocol.observer import NOBODY, Observer, refused
 from protocol.priority import go_first
-from protocol.sockets import Socket, close_router, descriptor, has_input, received, send, wait_for_input
+from protocol.security.guard import Guard
+from protocol.sockets import (
+    Arrival,
+    Socket,
+    arrivals,
+    close_router,
+    descriptor,
+    has_input,
+    send,
+    wait_for_input,
+)
 from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)
@@ -77,6 +87,7 @@ class Listener:
         handlers: int,
         timeouts: Timeouts,
         limits: Limits,
+        guard: Guard | None = None,
         observer: Observer = NOBODY,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -96,6 +107,9 @@ class Listener:
         )
         self._handlers = handlers
         self._limits = limits
+        self._guard = guard
+        if guard is not None:
+            guard.attach(socket)
         self._mailbox: Mailbox[Answer | State | Exception | None] = Mailbox()
         # Held by the listener's thread while it works, and by a handler's while it sends.
         self._socket_in_use = threading.Lock()
@@ -154,15 +168,8 @@ class Listener:
             InvalidInput, LimitExceeded: the reply can't be sent.
         """
         header = ReplyHeader(job.number, self.incarnation, queue=queue, compute=compute)
-        self._mailbox.leave(Answer(job.sender, seal(encode(reply, self._limits), header)))
-        # A reply that the handler's thread sends has one thread less to wait for, each with its turn on a busy core.
-        if self._socket_in_use.acquire(blocking=False):
-            try:
-                self._send_from_here()
-            finally:
-                self._socket_in_use.release()
-        else:
-            self._mailbox.ring()
+        answer = Answer(job.sender, seal(encode(reply, self._limits), header))
+        self._mailbox.put_or_handle(answer, self._socket_in_use, self._send_from_here)
 
     def _send_from_here(self) -> None:
         """Send what was answered, in the place of the listener's thread, which is woken if there is more to do."""
@@ -192,13 +199,16 @@ class Listener:
 
     def _turn(self) -> None:
         with self._socket_in_use:
-            descriptors = [self._mailbox.fileno(), descriptor(self._socket)]
-            patience = 0 if has_input(self._socket) else None
+            sockets = (self._socket, *(self._guard.monitors if self._guard else ()))
+            descriptors = [self._mailbox.fileno(), *map(descriptor, sockets)]
+            patience = 0 if any(map(has_input, sockets)) else None
         wait_for_input(descriptors, patience)
         with self._socket_in_use:
             self._empty_mailbox()
-            for parts in received(self._socket, self._limits):
-                self._take(parts)
+            if self._guard is not None:
+                self._guard.look()
+            for arrival in arrivals(self._socket, self._limits):
+                self._take(arrival)
             self._end_if_drained()
 
     def _empty_mailbox(self) -> None:
@@ -216,13 +226,18 @@ class Listener:
         if self._mailbox.was_signalled:
             self._state = State.DRAINING
 
-    def _take(self, parts: list[Part]) -> None:
+    def _take(self, arrival: Arrival) -> None:
         """Answer or queue one message; nothing that a peer sends ends this thread."""
-        sender, *message = parts
+        sender, *message = arrival.parts
         try:
             envelope = open_envelope(message, self._limits)
             header = decode_header(envelope.header, RequestHeader)
-            self._handle(sender, header, decode(envelope, self._limits))
+            request = decode(envelope, self._limits)
+            refusal = self._guard.objection(arrival.key, arrival.address, request) if self._guard else None
+            if refusal is not None:
+                self._refuse(sender, header.request, request, failure_of(NotPermitted(refusal)))
+            else:
+                self._handle(sender, header, request)
         except ProtocolError as error:
             self._count_malformed(error)
             if (number := _request_number(message)) is not None:
@@ -253,9 +268,9 @@ class Listener:
             self._in_hand += 1
             self.jobs.put(Job(sender, header.request, request, now, now + header.deadline))
 
-    def _refuse(self, sender: Part, number: int, request: Request[Any], why: Failure) -> None:
+    def _refuse(self, sender: Part, number: int, message: Message, why: Failure) -> None:
         self._reply(sender, number, why)
-        self.observer.finished(refused(request, why))
+        self.observer.finished(refused(message, why))
 
     def _greet(self, hello: Hello) -> Reply:
         if hello.newest_version < OLDEST_PROTOCOL_VERSION or hello.oldest_version > PROTOCOL_VERSION:
@@ -304,6 +319,8 @@ class Listener:
                 self._refuse(job.sender, job.number, job.request, draining())
         for _ in range(self._handlers):
             self.jobs.put(None)
+        if self._guard is not None:
+            self._guard.detach()
         close_router(self._socket)
 
 

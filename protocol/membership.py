@@ -12,9 +12,10 @@ from types import TracebackType
 from typing import Self
 
 from protocol.client import Client
-from protocol.errors import AddressUnavailable, VantageError
+from protocol.errors import AddressUnavailable, NotPermitted, VantageError
 from protocol.messages import Lookup, Register, Role, WorkerRecord
 from protocol.pool import Pool
+from protocol.security import LOCAL_ONLY, Security
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 
 _log = logging.getLogger(__name__)
@@ -35,12 +36,13 @@ class _Following:
 
     def update(self, records: tuple[WorkerRecord, ...], now: float) -> None:
         """Add who is new in the table, and let go who has been missing from it for a while."""
-        known = {record.address for record in records if record.address}
+        keys = {record.address: record.key for record in records if record.address}
+        known = set(keys)
         for address in sorted(known - set(self._pool.addresses)):
             try:
-                self._pool.add(address)
-            except AddressUnavailable as error:
-                _log.warning("the orchestrator names a worker that can't be reached: %s", error)
+                self._pool.add(address, keys[address])
+            except (AddressUnavailable, NotPermitted) as error:
+                _log.warning("the orchestrator names a worker that can't be called: %s", error)
         # An orchestrator that was just started again knows nobody, and then only those who were quick to register.
         missing = set(self._pool.addresses) - known - self._given if known else set[str]()
         self._missed = {address: self._missed.get(address, now) for address in missing}
@@ -60,6 +62,7 @@ class Membership:
 
     Raises:
         AddressUnavailable: `orchestrator` is no address.
+        NotPermitted: it is on another machine, and there are no keys.
     """
 
     def __init__(
@@ -69,6 +72,7 @@ class Membership:
         describe: Callable[[], WorkerRecord],
         on_orphaned: Callable[[], None],
         timeouts: Timeouts = DEFAULT_TIMEOUTS,
+        security: Security = LOCAL_ONLY,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._orchestrator = orchestrator
@@ -76,7 +80,9 @@ class Membership:
         self._on_orphaned = on_orphaned
         self._timeouts = timeouts
         self._clock = clock
-        self._client = Client(orchestrator, role=describe().role, serves=Role.ORCHESTRATOR, timeouts=timeouts)
+        self._client = Client(
+            orchestrator, role=describe().role, serves=Role.ORCHESTRATOR, timeouts=timeouts, security=security
+        )
         self._answered = clock()
         self._missing = False
         self._table: dict[Role, tuple[WorkerRecord, ...]] = {}

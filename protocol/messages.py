@@ -132,6 +132,7 @@ class WorkerRecord(Struct, frozen=True, kw_only=True):
         address: where it serves; empty for an agent, which serves nothing.
         name: what the run calls it, such as `render-0`.
         pid: its number on its own machine; 0 where it did not say.
+        key: the public key that it proves to whoever connects; empty where none is asked for.
     """
 
     role: Role
@@ -140,6 +141,7 @@ class WorkerRecord(Struct, frozen=True, kw_only=True):
     state: State
     name: str = ""
     pid: int = 0
+    key: str = ""
 
 
 class Registered(Reply, frozen=True, eq=False):

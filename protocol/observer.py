@@ -88,6 +88,6 @@ def handled(request: Request[Any], reply: Reply, *, queue: float, compute: float
     return Finished(request=name, outcome=Outcome.ANSWERED, queue=queue, compute=compute)
 
 
-def refused(request: Request[Any], why: Failure, *, queue: float | None = None) -> Finished:
-    """What came of a request that no handler saw."""
+def refused(request: Request[Any] | Reply, why: Failure, *, queue: float | None = None) -> Finished:
+    """What came of a request that no handler saw, or of what came in its place."""
     return Finished(request=type(request).__name__, outcome=Outcome.REFUSED, code=why.code, queue=queue)

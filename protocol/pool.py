@@ -8,6 +8,7 @@ from protocol.caller import Caller
 from protocol.diagnosis import Standing
 from protocol.limits import DEFAULT_LIMITS, Limits
 from protocol.messages import Ping, Pong, Role, Welcome
+from protocol.security import LOCAL_ONLY, Security
 from protocol.sockets import Context
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 
@@ -28,8 +29,11 @@ class Pool(Caller):
         timeouts: Timeouts = DEFAULT_TIMEOUTS,
         limits: Limits = DEFAULT_LIMITS,
         context: Context | None = None,
+        security: Security = LOCAL_ONLY,
     ) -> None:
-        super().__init__(addresses, role=role, serves=serves, timeouts=timeouts, limits=limits, context=context)
+        super().__init__(
+            addresses, role=role, serves=serves, timeouts=timeouts, limits=limits, context=context, security=security
+        )
         self._changing = threading.Lock()
 
     @property
@@ -37,17 +41,19 @@ class Pool(Caller):
         """Of the workers that calls go to now."""
         return self._addresses
 
-    def add(self, address: str) -> None:
-        """Have one more worker; one that is there already stays as it is.
+    def add(self, address: str, key: str = "") -> None:
+        """Have one more worker, which has to prove `key`; one that is there already stays as it is.
 
         Raises:
             AddressUnavailable: `address` is none.
+            NotPermitted: it can't be spoken to with the keys that there are, or `key` is none of the role.
         """
         check_address(address)
+        self._security.curve_to(address, self._serves, key)
         with self._changing:
             if address not in self._addresses:
                 self._addresses = (*self._addresses, address)
-                self._dispatcher.add(lambda: self._connect(address))
+                self._dispatcher.add(lambda: self._connect(address, key))
 
     def remove(self, address: str) -> None:
         """Let a worker go. What it has in hand goes to another at once, and what it still answers is dropped."""

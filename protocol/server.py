@@ -26,6 +26,8 @@ from protocol.message import Reply, Request
 from protocol.messages import Failure, Role
 from protocol.observer import NOBODY, Observer, handled, refused
 from protocol.priority import let_others_go_first
+from protocol.security import LOCAL_ONLY, Security
+from protocol.security.guard import guard_of
 from protocol.sockets import Context, bind_router, open_context
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 
@@ -52,6 +54,7 @@ def serve(
     context: Context | None = None,
     membership: Enrolment | None = None,
     failpoint: Failpoint = no_failpoint,
+    security: Security = LOCAL_ONLY,
     observer: Observer = NOBODY,
 ) -> None:
     """Serve until SIGTERM, SIGINT, `Drain` or the orchestrator's end, then finish what is in hand and return.
@@ -65,17 +68,22 @@ def serve(
             threads that carry messages go before it.
         membership: the orchestrator that the worker registers with; without one it works alone.
         failpoint: reached at `reply-render`, or whatever the role is, before a reply is handed over.
+        security: the keys to be spoken to under, and to speak with the orchestrator; without any, only within this
+            machine.
         observer: told of the worker, and of each request that is over.
 
     Raises:
         AddressUnavailable: `bind` is in use or can't be served, or the orchestrator's address is none.
+        NotPermitted: `bind` can be reached from other machines, and there is no key.
         Exception: whatever `start` raises, after all that waits was refused.
     """
     if concurrency < 1:
         raise InvalidInput(f"a worker has one handler thread or more, not {concurrency}")
-    with open_context(context) as opened:
+    credentials = security.credentials_for(bind)
+    with open_context(context) as opened, guard_of(opened, role, credentials) as guard:
         listener = Listener(
-            bind_router(opened, bind, timeouts, limits),
+            bind_router(opened, bind, timeouts, limits, credentials.own if credentials else None),
+            guard=guard,
             role=role,
             capabilities=capabilities or {},
             handlers=concurrency,
@@ -84,7 +92,7 @@ def serve(
             observer=observer,
         )
         _log.info("%s listens at %s", role, bind, extra={"incarnation": listener.incarnation})
-        enrolling = nullcontext() if membership is None else enrolled(membership, listener, bind, timeouts)
+        enrolling = nullcontext() if membership is None else enrolled(membership, listener, bind, timeouts, security)
         with _drain_by_signal(listener):
             load = partial(_load_low, start) if computes else start
             _run(listener, load, enrolling, concurrency, partial(failpoint, f"reply-{role}"))

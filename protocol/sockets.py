@@ -7,7 +7,7 @@ import math
 import select
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import zmq
 
@@ -16,6 +16,7 @@ from protocol.array_part import Part
 from protocol.errors import AddressUnavailable
 from protocol.limits import KIB, Limits
 from protocol.priority import going_first
+from protocol.security import Curve, KeyPair
 from protocol.timeouts import Timeouts
 
 Context: TypeAlias = zmq.Context[zmq.Socket[bytes]]
@@ -56,12 +57,13 @@ def new_context() -> Context:
 
 
 def connect_dealer(
-    context: Context, address: str, timeouts: Timeouts, limits: Limits, watched: int
+    context: Context, address: str, timeouts: Timeouts, limits: Limits, watched: int, curve: Curve | None = None
 ) -> tuple[Socket, Socket]:
     """A client's socket, which tries to connect for as long as it is open, and a monitor of its events.
 
     Args:
         watched: the events that the monitor is to tell.
+        curve: the keys to speak under; none to speak in the clear.
 
     Raises:
         AddressUnavailable: `address` is no address.
@@ -72,6 +74,9 @@ def connect_dealer(
     dealer.set(zmq.IMMEDIATE, 0)
     dealer.set(zmq.SNDHWM, 0)
     dealer.set(zmq.RECONNECT_IVL, _RECONNECT_MS)
+    if curve is not None:
+        dealer.set_string(zmq.CURVE_SERVERKEY, curve.server)
+        _set_key(dealer, curve.own)
     dealer.set(zmq.RECONNECT_IVL_MAX, _LONGEST_RECONNECT_MS)
     # Before connecting: a connection that was there before its monitor would never be told of.
     monitor = dealer.get_monitor_socket(watched)
@@ -85,8 +90,10 @@ def connect_dealer(
     return dealer, monitor
 
 
-def bind_router(context: Context, address: str, timeouts: Timeouts, limits: Limits) -> Socket:
-    """A worker's socket.
+def bind_router(
+    context: Context, address: str, timeouts: Timeouts, limits: Limits, key: KeyPair | None = None
+) -> Socket:
+    """A worker's socket, which is spoken to under its key if it has one.
 
     Raises:
         AddressUnavailable: the address is in use, can't be bound on this machine, or is none.
@@ -97,6 +104,9 @@ def bind_router(context: Context, address: str, timeouts: Timeouts, limits: Limi
     router.set(zmq.ROUTER_MANDATORY, 1)
     router.set(zmq.SNDHWM, _REPLIES_WAITING)
     router.set(zmq.RCVHWM, limits.queue)
+    if key is not None:
+        router.set(zmq.CURVE_SERVER, 1)
+        _set_key(router, key)
     try:
         router.bind(address)
     except zmq.ZMQError as error:
@@ -125,8 +135,17 @@ def send(socket: Socket, parts: Sequence[Part]) -> bool:
     return True
 
 
-def received(socket: Socket, limits: Limits, most: int = 64) -> Iterator[list[Part]]:
+class Arrival(NamedTuple):
+    """A whole message, with the public key that its sender has proved and where it came from, if keys are used."""
+
+    parts: list[Part]
+    key: str = ""
+    address: str = ""
+
+
+def arrivals(socket: Socket, limits: Limits, most: int = 64) -> Iterator[Arrival]:
     """The whole messages that wait in the socket, at most `most`; parts past the limit are dropped but for one."""
+    keyed = bool(socket.get(zmq.CURVE_SERVER))
     for _ in range(most):
         parts: list[Part] = []
         try:
@@ -138,6 +157,12 @@ def received(socket: Socket, limits: Limits, most: int = 64) -> Iterator[list[Pa
             part = socket.recv(copy=False)
             if len(parts) <= limits.parts + 1:
                 parts.append(_taken(part))
+        yield Arrival(parts, str(part.get("User-Id")), str(part.get("Peer-Address"))) if keyed else Arrival(parts)
+
+
+def received(socket: Socket, limits: Limits) -> Iterator[list[Part]]:
+    """The parts of the whole messages that wait in a client's socket; see `arrivals`."""
+    for parts, _, _ in arrivals(socket, limits):
         yield parts
 
 
@@ -167,6 +192,11 @@ def wait_for_input(descriptors: Iterable[int], timeout_ms: int | None) -> None:
 def poll_timeout(seconds: float) -> int:
     """Milliseconds to wait, rounded up so that what is due is due when the poll ends; a minute at most."""
     return math.ceil(min(max(0.0, seconds), _LONGEST_POLL) * 1000)
+
+
+def _set_key(socket: Socket, key: KeyPair) -> None:
+    socket.set_string(zmq.CURVE_PUBLICKEY, key.public)
+    socket.set_string(zmq.CURVE_SECRETKEY, key.secret)
 
 
 def _open(context: Context, kind: int, address: str, timeouts: Timeouts, limits: Limits) -> Socket:

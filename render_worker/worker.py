@@ -9,12 +9,14 @@ from pathlib import Path
 
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import RunConfig, load_config
-from protocol.enrolment import Enrolment
+from protocol.enrolment import ADVERTISE_HELP, Enrolment, enrolment_of
 from protocol.errors import VantageError
 from protocol.exit_code import ExitCode, exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.logs import configure
 from protocol.messages import Render, Role, Sampled, SampleScene
+from protocol.security import LOCAL_ONLY, Security
+from protocol.security.options import add_security_options, security_of
 from protocol.server import Handlers, serve
 from protocol.telemetry.endpoint import Endpoint, add_http_option
 from protocol.telemetry.info import About
@@ -35,6 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--config", type=Path, help="the run's configuration (default: every setting's default)")
     parser.add_argument("--orchestrator", metavar="ADDRESS", help="whom to register with; without it, nobody")
     parser.add_argument("--name", default="render", help="what the orchestrator calls this worker (default: render)")
+    parser.add_argument("--advertise", metavar="ADDRESS", help=ADVERTISE_HELP)
+    add_security_options(parser)
     add_http_option(parser)
     options = parser.parse_args(arguments)
     configure(Role.RENDER)
@@ -42,8 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         run(
             load_config(options.config) if options.config else RunConfig(),
             options.bind,
-            membership=Enrolment(options.orchestrator, options.name) if options.orchestrator else None,
+            membership=enrolment_of(options),
             failpoint=failpoint_of(os.environ),
+            security=security_of(options, os.environ),
             http=options.http,
             name=options.name,
         )
@@ -59,12 +64,14 @@ def run(
     *,
     membership: Enrolment | None = None,
     failpoint: Failpoint = no_failpoint,
+    security: Security = LOCAL_ONLY,
     http: Endpoint | None = None,
     name: str = "render",
 ) -> None:
     """Open a renderer and serve it at `bind`, and how the worker is at `http`.
 
     Raises:
+        NotPermitted: other machines can reach `bind`, and there is no key.
         AddressUnavailable: an address can't be bound, or the orchestrator's is none.
         Unavailable, ArtifactMissing, ArtifactDamaged: the renderer can't be opened.
     """
@@ -86,6 +93,7 @@ def run(
             timeouts=Timeouts.from_config(config.timeouts),
             membership=membership,
             failpoint=failpoint,
+            security=security,
             observer=observer,
         )
 

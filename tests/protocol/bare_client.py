@@ -29,6 +29,10 @@ class BareClient:
         header = RequestHeader(number, "bare", deadline)
         self.send([bytes(part) for part in seal(encode(request, LIMITS), header, version)])
 
+    def has_reply(self, seconds: float) -> bool:
+        """Whether something came within so many seconds."""
+        return bool(self._socket.poll(1000 * seconds))
+
     def receive(self) -> tuple[ReplyHeader, Reply]:
         """The next reply; an error where none comes for a long time."""
         if not self._socket.poll(PATIENCE_MS):

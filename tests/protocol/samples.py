@@ -60,6 +60,7 @@ RECORD = WorkerRecord(
     state=State.READY,
     name="render-1",
     pid=4711,
+    key="rq:rM>}U?@Lns47E1%kR.o@n%FcmmsL/@{H8]yf7",
 )
 
 

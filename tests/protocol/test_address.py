@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from protocol.address import LONGEST_IPC_PATH, check_address, clear_stale_socket, ipc_path
+from protocol.address import LONGEST_IPC_PATH, check_address, clear_stale_socket, ipc_path, reachable
 from protocol.errors import AddressUnavailable
 
 
@@ -98,3 +98,18 @@ def test_a_file_that_is_no_socket_stays(address):
 def test_nothing_in_the_way_is_nothing_to_clear(address):
     clear_stale_socket(address)
     clear_stale_socket("tcp://127.0.0.1:5555")
+
+
+@pytest.mark.parametrize(
+    ("bind", "address"),
+    [
+        ("tcp://0.0.0.0:5601", "tcp://gpu-box:5601"),
+        ("tcp://*:5601", "tcp://gpu-box:5601"),
+        ("tcp://[::]:5601", "tcp://gpu-box:5601"),
+        ("tcp://10.0.0.7:5601", "tcp://10.0.0.7:5601"),
+        ("tcp://127.0.0.1:5601", "tcp://127.0.0.1:5601"),
+        ("ipc:///run/render-0", "ipc:///run/render-0"),
+    ],
+)
+def test_who_binds_to_every_interface_is_reached_by_name(bind, address):
+    assert reachable(bind, "gpu-box") == address

@@ -13,6 +13,7 @@ from protocol import Client, Limits, Pending, Timeouts
 from protocol.camera import Camera, Intrinsics
 from protocol.errors import (
     AddressUnavailable,
+    ClientClosed,
     DeadlineExceeded,
     InvalidInput,
     LimitExceeded,
@@ -296,3 +297,18 @@ def test_a_part_that_the_socket_refuses_loses_that_call_and_no_other(address):
 def test_what_is_no_address_is_refused(address):
     with pytest.raises(AddressUnavailable):
         client_of(address)
+
+
+def test_a_mistake_of_the_client_s_own_ends_every_call_and_leaves_none_waiting(address, caplog):
+    def mistaken(call):
+        raise RuntimeError("a mistake")
+
+    with serving(address), client_of(address) as client:
+        client.wait_ready()
+        (connection,) = client._dispatcher._connections
+        connection.send = mistaken
+        with pytest.raises(ClientClosed, match="a mistake"):
+            client.call(ask(1))
+        with pytest.raises(ClientClosed, match="a mistake"):
+            client.call(ask(2))
+    assert "the client's thread has failed" in caplog.text

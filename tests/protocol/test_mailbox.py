@@ -5,6 +5,8 @@ import select
 import signal
 import threading
 
+import pytest
+
 from protocol.mailbox import Mailbox
 
 
@@ -33,11 +35,20 @@ def test_the_reader_is_woken():
     mailbox.close()
 
 
-def test_what_is_left_is_there_to_take_and_wakes_nobody_until_somebody_rings():
+def test_a_thing_is_handled_by_who_brings_it_while_nobody_is_at_work():
     mailbox: Mailbox[int] = Mailbox()
-    mailbox.leave(1)
+    in_use, handled = threading.Lock(), []
+    mailbox.put_or_handle(1, in_use, lambda: handled.append((mailbox.take(), in_use.locked())))
+    assert handled == [([1], True)]
     assert not is_readable(mailbox, 0)
-    mailbox.ring()
+    assert not in_use.locked()
+    mailbox.close()
+
+
+def test_a_thing_is_left_for_who_is_at_work():
+    mailbox: Mailbox[int] = Mailbox()
+    with (in_use := threading.Lock()):
+        mailbox.put_or_handle(1, in_use, lambda: pytest.fail("it was handled beside who is at work"))
     assert is_readable(mailbox, 0)
     assert mailbox.take() == [1]
     mailbox.close()

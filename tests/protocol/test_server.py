@@ -4,13 +4,14 @@ import os
 import signal
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import msgspec
 import pytest
 import zmq
 
-from protocol import Limits, serve
+from protocol import Limits, listener, serve
 from protocol.codec import encode, seal
 from protocol.errors import AddressUnavailable, ArtifactMissing, DeadlineExceeded, InvalidInput, Rejected
 from protocol.failpoint import VARIABLE, Failpoints
@@ -31,6 +32,7 @@ from protocol.messages import (
     Welcome,
 )
 from protocol.observation import FilterState
+from protocol.sockets import send
 from tests.protocol.bare_client import BareClient, bare_client
 from tests.protocol.calls import ask, client_of
 from tests.protocol.samples import CAMERA, SCENE, picture
@@ -397,3 +399,20 @@ def test_a_reply_that_is_held_up_past_its_deadline_is_late(address, start, tmp_p
             client.call(ask(1), deadline=0.3)
         assert client.call(ask(2)).scene.yaw == 2
         assert client.statistics.late_replies == 1
+
+
+def test_a_mistake_while_a_handler_sends_ends_the_worker_with_it(address, monkeypatch, caplog):
+    def mistaken(socket, parts):
+        if threading.current_thread().name.startswith("handling"):
+            raise RuntimeError("a mistake")
+        return send(socket, parts)
+
+    monkeypatch.setattr(listener, "send", mistaken)
+    with ThreadPoolExecutor(1, "handling") as threads, client_of(address) as client:
+        worker = threads.submit(serve, lambda: SCENES, role=Role.RENDER, bind=address)
+        client.wait_ready()
+        pending = client.submit(ask(1), deadline=20)
+        with pytest.raises(RuntimeError, match="a mistake"):
+            worker.result(20)
+        pending.cancel()
+    assert "the listener has failed" in caplog.text

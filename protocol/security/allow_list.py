@@ -1,0 +1,133 @@
+"""Which public keys count, and as what: one file, the same on every machine, with nothing secret in it."""
+
+import logging
+import os
+import threading
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta, Struct
+from msgspec.structs import replace
+
+from protocol.errors import InvalidInput, NotPermitted
+from protocol.messages import Role
+from protocol.security.key_pair import KeyName, KeyPair, PublicKey
+
+_log = logging.getLogger(__name__)
+
+
+class AllowedKey(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One key; a revoked one stays in the list, so that whoever tries it can be named."""
+
+    name: KeyName
+    role: Role
+    public: PublicKey
+    revoked: bool = False
+
+
+class AllowList(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """All keys that were ever allowed, in the order in which they were made."""
+
+    format: Annotated[int, Meta(ge=1, le=1)] = 1
+    keys: tuple[AllowedKey, ...] = ()
+
+    def find(self, public: str) -> AllowedKey | None:
+        """The entry of a public key, revoked or not."""
+        return next((key for key in self.keys if key.public == public), None)
+
+    def role_of(self, public: str) -> Role | None:
+        """What the holder of a key may be; None for a key that does not count."""
+        found = self.find(public)
+        return found.role if found is not None and not found.revoked else None
+
+    def of_role(self, role: Role) -> tuple[AllowedKey, ...]:
+        """The keys that count for a role."""
+        return tuple(key for key in self.keys if key.role is role and not key.revoked)
+
+    def with_key(self, key: KeyPair) -> "AllowList":
+        """The list with one more key.
+
+        Raises:
+            InvalidInput: there is one of this name.
+        """
+        if any(known.name == key.name for known in self.keys):
+            raise InvalidInput(f"there is a key {key.name!r} already; choose another name")
+        allowed = AllowedKey(name=key.name, role=key.role, public=key.public)
+        return replace(self, keys=(*self.keys, allowed))
+
+    def without(self, name: str) -> "AllowList":
+        """The list with the key of this name revoked.
+
+        Raises:
+            InvalidInput: there is none, or it is revoked already.
+        """
+        found = next((key for key in self.keys if key.name == name), None)
+        if found is None:
+            raise InvalidInput(f"there is no key {name!r}; 'orchestrator keys list' names them")
+        if found.revoked:
+            raise InvalidInput(f"the key {name!r} is revoked already")
+        return replace(self, keys=tuple(replace(key, revoked=True) if key is found else key for key in self.keys))
+
+
+def read_allow_list(path: Path) -> AllowList:
+    """Read a list of keys.
+
+    Raises:
+        NotPermitted: it is missing, or is none.
+    """
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=AllowList)
+    except OSError as error:
+        raise NotPermitted(f"can't read the list of allowed keys {path}: {error.strerror}") from error
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        raise NotPermitted(f"{path} is no list of allowed keys: {error}") from error
+
+
+def write_allow_list(allowed: AllowList, path: Path) -> None:
+    """Write a list whole or not at all; whoever watches it sees either the old one or the new one."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    aside = path.with_name(f".{path.name}.{os.getpid()}")
+    with aside.open("wb") as file:
+        file.write(msgspec.json.format(msgspec.json.encode(allowed), indent=2) + b"\n")
+        file.flush()
+        os.fsync(file.fileno())
+    aside.replace(path)
+
+
+class AllowListFile:
+    """A list that is read again when its file has changed, so that a revoked key is out at once, and nothing restarts.
+
+    May be asked by any number of threads. A file that can't be read any more changes nothing: the last list counts.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Read it for the first time; errors as `read_allow_list`."""
+        self._path = path
+        self._lock = threading.Lock()
+        self._stamp = _stamp(path)
+        self._current = read_allow_list(path)
+
+    def current(self) -> AllowList:
+        """The list as the file has it now."""
+        with self._lock:
+            stamp = _stamp(self._path)
+            if stamp != self._stamp:
+                self._stamp = stamp
+                self._read_again()
+            return self._current
+
+    def _read_again(self) -> None:
+        try:
+            self._current = read_allow_list(self._path)
+            _log.info("read the list of allowed keys again: %d keys", len(self._current.keys))
+        except NotPermitted as error:
+            _log.error("going on with the keys that were allowed before: %s", error)
+
+
+def _stamp(path: Path) -> tuple[int, int, int] | None:
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino

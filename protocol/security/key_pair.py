@@ -1,0 +1,93 @@
+"""A process' own key: a file that only its owner can read."""
+
+import os
+import stat
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import zmq
+from msgspec import Meta, Struct
+
+from protocol.errors import InvalidInput, NotPermitted
+from protocol.messages import Role
+
+KeyName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
+PublicKey = Annotated[str, Meta(min_length=40, max_length=40)]
+"""Z85 text, as ZeroMQ writes keys: 40 characters for 32 bytes."""
+
+_READABLE_BY_OTHERS = stat.S_IRGRP | stat.S_IWGRP | stat.S_IROTH | stat.S_IWOTH
+
+
+class KeyPair(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A key of a role. `secret` never leaves its machine, and is never printed."""
+
+    name: KeyName
+    role: Role
+    public: PublicKey
+    secret: PublicKey
+
+    def __repr__(self) -> str:
+        return f"KeyPair(name={self.name!r}, role={self.role.value!r}, public={self.public!r})"
+
+
+def new_key_pair(name: str, role: Role) -> KeyPair:
+    """Draw a key from the system's randomness.
+
+    Raises:
+        InvalidInput: `name` is no name for a key.
+    """
+    public, secret = zmq.curve_keypair()
+    drawn = {"name": name, "role": role, "public": public.decode(), "secret": secret.decode()}
+    try:
+        return msgspec.convert(drawn, KeyPair)
+    except msgspec.ValidationError as error:
+        raise InvalidInput(f"{name!r} is no name for a key: letters, digits, '.', '_' and '-', 64 at most") from error
+
+
+def write_key(key: KeyPair, path: Path) -> None:
+    """Write a key where only its owner can read it.
+
+    Raises:
+        InvalidInput: there is such a file already; a key is never overwritten.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    except FileExistsError as error:
+        raise InvalidInput(f"{path} is there already; revoke that key first, or choose another name") from error
+    with os.fdopen(descriptor, "wb") as file:
+        file.write(msgspec.json.format(msgspec.json.encode(key), indent=2) + b"\n")
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def read_key(path: Path) -> KeyPair:
+    """Read a key's file.
+
+    Raises:
+        NotPermitted: it is missing, is none, does not fit together, or others on this machine can read it.
+    """
+    try:
+        if path.stat().st_mode & _READABLE_BY_OTHERS and not _is_mounted_secret(path):
+            raise NotPermitted(f"others on this machine can read the key {path}; 'chmod 600 {path}' closes it")
+        key = msgspec.json.decode(path.read_bytes(), type=KeyPair)
+    except OSError as error:
+        raise NotPermitted(f"can't read the key {path}: {error.strerror}; 'orchestrator keys new' makes one") from error
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        raise NotPermitted(f"{path} is no key: {error}; 'orchestrator keys new' makes one") from error
+    if not _fits_together(key):
+        raise NotPermitted(f"{path} is damaged: its public key is not that of its secret one")
+    return key
+
+
+def _fits_together(key: KeyPair) -> bool:
+    try:
+        return zmq.curve_public(key.secret.encode("ascii")).decode() == key.public
+    except (ValueError, UnicodeEncodeError, zmq.ZMQError):
+        return False
+
+
+def _is_mounted_secret(path: Path) -> bool:
+    """Whether it is a file that we could not close: a container's secret is mounted read-only, as the engine likes."""
+    return not os.access(path, os.W_OK)

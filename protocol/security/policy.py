@@ -1,0 +1,76 @@
+"""Which addresses need a key: all that leave the machine."""
+
+import ipaddress
+import re
+from typing import NamedTuple
+
+from protocol.address import check_address, ipc_path
+from protocol.errors import AddressUnavailable, NotPermitted
+from protocol.messages import Role
+from protocol.security.credentials import Credentials
+from protocol.security.key_pair import KeyPair
+
+_HOST = re.compile(r"tcp://(?:\[(?P<six>[^\]]+)\]|(?P<host>[^:]+)):")
+
+
+class Curve(NamedTuple):
+    """What a client's socket is given: its own key, and the public one that the worker has to prove."""
+
+    own: KeyPair
+    server: str
+
+
+class Security(NamedTuple):
+    """How a process speaks between machines: with these credentials, or (`insecure`) with none at all."""
+
+    credentials: Credentials | None = None
+    insecure: bool = False
+
+    def credentials_for(self, address: str) -> Credentials | None:
+        """What a socket at an address is to use: keys on every `tcp://` one where there are any, none on `ipc://`.
+
+        Raises:
+            AddressUnavailable: it is no address.
+            NotPermitted: it leaves the machine, there are no keys, and nobody said that this is meant.
+        """
+        if ipc_path(check_address(address)) is not None:
+            return None
+        if self.credentials is None and not self.insecure and not is_local(address):
+            raise NotPermitted(
+                f"{address} can be reached from other machines, and there is no key: make one by "
+                "'orchestrator keys new' and give it by --key; or say --insecure, and all who reach it may use it"
+            )
+        return self.credentials
+
+    def curve_to(self, address: str, role: Role | None, announced: str = "") -> Curve | None:
+        """What a client's socket to a worker is to use; none where no key is needed.
+
+        Args:
+            announced: the worker's key, as the orchestrator's table has it.
+
+        Raises:
+            AddressUnavailable: it is no address to call.
+            NotPermitted: as `credentials_for`; or the worker's key does not count, or is not known.
+        """
+        if address.startswith("tcp://*"):
+            raise AddressUnavailable(f"{address} is where a worker may bind; to call it, name its host")
+        credentials = self.credentials_for(address)
+        return None if credentials is None else Curve(credentials.own, credentials.server_key(role, announced))
+
+
+def is_local(address: str) -> bool:
+    """Whether an address can be reached from this machine alone."""
+    if ipc_path(address) is not None:
+        return True
+    match = _HOST.match(address)
+    if match is None:
+        return False
+    host = match["six"] or match["host"]
+    try:
+        return ipaddress.ip_address(host.partition("%")[0]).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+LOCAL_ONLY = Security()
+"""No keys: good within a machine, refused beyond it."""
