@@ -112,8 +112,9 @@ def _run(
     concurrency: int,
     before_reply: Callable[[], None],
 ) -> None:
-    listener.start()
+    # First: whoever has had an answer from the worker finds it observed.
     listener.observer.attend(listener)
+    listener.start()
     try:
         with enrolling:
             with _interruption_by_signal():
