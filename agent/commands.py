@@ -14,12 +14,16 @@ from agent.pace import Pace
 from agent.policies import BASELINES, Policy, baseline, learned
 from agent.resume import open_training
 from agent.stopping import StopRequest, stop_on_signals
+from agent.telemetry import agent_telemetry
 from agent.vector_hover import VectorHover
 from agent.weights import FILE_NAME, load_weights
 from protocol.config import RunConfig, load_config
 from protocol.errors import CallFailed, InvalidInput
 from protocol.failpoint import Failpoint, no_failpoint
+from protocol.messages import Role
 from protocol.records import Evaluation, Progress, Summary
+from protocol.telemetry.endpoint import Endpoint
+from protocol.telemetry.info import About
 
 _log = logging.getLogger(__name__)
 
@@ -30,10 +34,12 @@ class EvaluationStopped(Exception):
     """Somebody asked to stop before the last flight was over."""
 
 
-def train_run(run: Path, workers: Workers, failpoint: Failpoint = no_failpoint) -> Summary | None:
+def train_run(
+    run: Path, workers: Workers, failpoint: Failpoint = no_failpoint, *, http: Endpoint | None = None
+) -> Summary | None:
     """Train as the run's configuration says, from its newest checkpoint on if there is one; None if stopped before.
 
-    Records, curves, checkpoints and weights go into the run directory.
+    Records, curves, checkpoints and weights go into the run directory; how the process is, is served at `http`.
 
     Raises:
         InvalidConfig: see `protocol.errors`.
@@ -44,9 +50,20 @@ def train_run(run: Path, workers: Workers, failpoint: Failpoint = no_failpoint) 
     learner = make_learner(config.learner, config.environment, seed=config.seed)
     with stop_on_signals() as stop, Connections(config, workers, stop.ask) as connections:
         env = VectorHover(connections.eyes, config=config.environment)
-        with open_training(
-            run, config, env=env, learner=learner, clocks=_CLOCKS, stop=stop, failpoint=failpoint
-        ) as training:
+        about = _about("training", config, workers)
+        with (
+            agent_telemetry(http, about, connections, run / "checkpoints", lambda: learner.updates) as observer,
+            open_training(
+                run,
+                config,
+                env=env,
+                learner=learner,
+                clocks=_CLOCKS,
+                stop=stop,
+                failpoint=failpoint,
+                observer=observer,
+            ) as training,
+        ):
             if not _ready(connections, stop):
                 return None
             summary = training.run(connections.statistics)
@@ -54,8 +71,12 @@ def train_run(run: Path, workers: Workers, failpoint: Failpoint = no_failpoint) 
     return summary
 
 
-def evaluate_run(run: Path, workers: Workers, *, episodes: int | None, names: Sequence[str]) -> Evaluation | None:
+def evaluate_run(
+    run: Path, workers: Workers, *, episodes: int | None, names: Sequence[str], http: Endpoint | None = None
+) -> Evaluation | None:
     """Evaluate the run's policy and baselines, or those named, and write `evaluation.json`; None if stopped before.
+
+    How the process is, is served at `http`.
 
     Raises:
         InvalidInput: there is no policy of that name.
@@ -65,7 +86,13 @@ def evaluate_run(run: Path, workers: Workers, *, episodes: int | None, names: Se
     policies = _policies(run, config, names or (config.learner.algorithm, *config.evaluation.baselines))
     flights = config.evaluation.episodes if episodes is None else episodes
     steps = len(policies) * flights * config.environment.episode_steps
-    with stop_on_signals() as stop, Connections(config, workers, stop.ask) as connections, Journal(run) as journal:
+    about = _about("evaluation", config, workers)
+    with (
+        stop_on_signals() as stop,
+        Connections(config, workers, stop.ask) as connections,
+        agent_telemetry(http, about, connections, run / "checkpoints") as observer,
+        Journal(run, on_progress=observer.progress) as journal,
+    ):
         if not _ready(connections, stop):
             return None
         watch = EvaluationWatch(journal, steps, _CLOCKS, stop)
@@ -79,6 +106,12 @@ def evaluate_run(run: Path, workers: Workers, *, episodes: int | None, names: Se
             return None
         write_record(run / "evaluation.json", evaluation)
     return evaluation
+
+
+def _about(job: str, config: RunConfig, workers: Workers) -> About:
+    name = job if workers.enrolment is None else workers.enrolment.name
+    capabilities = {"job": job, "algorithm": config.learner.algorithm}
+    return About(role=Role.AGENT, name=name, capabilities=capabilities)
 
 
 def _ready(connections: Connections, stop: StopRequest) -> bool:

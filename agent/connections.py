@@ -1,7 +1,7 @@
 """The agent's connections: to the workers that are its eyes, and to the orchestrator, where there is one."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from types import TracebackType
 from typing import Self
@@ -39,13 +39,16 @@ class Connections:
 
     def __init__(self, config: RunConfig, workers: Workers, on_orphaned: Callable[[], None]) -> None:
         timeouts = Timeouts.from_config(config.timeouts)
+        self.incarnation = new_incarnation()
         with ExitStack() as opened:
             security = workers.security
             self._render = opened.enter_context(_pool(workers.render, Role.RENDER, timeouts, security))
             self._perception = opened.enter_context(_pool(workers.perception, Role.PERCEPTION, timeouts, security))
             self._enrolled = workers.enrolment is not None
             if workers.enrolment is not None:
-                membership = opened.enter_context(_membership(workers.enrolment, on_orphaned, timeouts, security))
+                membership = opened.enter_context(
+                    _membership(workers.enrolment, self.incarnation, on_orphaned, timeouts, security)
+                )
                 membership.follow(self._render, Role.RENDER)
                 membership.follow(self._perception, Role.PERCEPTION)
             # Only now: the connections' threads keep theirs, so that an update does not hold up the next pictures.
@@ -66,6 +69,11 @@ class Connections:
             else:
                 pool.wait_ready()
 
+    @property
+    def calls(self) -> Mapping[Role, Pool]:
+        """The clients of the workers, by the role of these."""
+        return {Role.RENDER: self._render, Role.PERCEPTION: self._perception}
+
     def statistics(self) -> Statistics:
         """What was counted so far."""
         return total(self._render.statistics, self._perception.statistics)
@@ -84,13 +92,17 @@ def _pool(addresses: tuple[str, ...], serves: Role, timeouts: Timeouts, security
 
 
 def _membership(
-    enrolment: Enrolment, on_orphaned: Callable[[], None], timeouts: Timeouts, security: Security
+    enrolment: Enrolment,
+    incarnation: str,
+    on_orphaned: Callable[[], None],
+    timeouts: Timeouts,
+    security: Security,
 ) -> Membership:
     # It serves nobody, so there is no address, and nothing to be ready for.
     record = WorkerRecord(
         role=Role.AGENT,
         address="",
-        incarnation=new_incarnation(),
+        incarnation=incarnation,
         state=State.READY,
         name=enrolment.name,
         pid=os.getpid(),

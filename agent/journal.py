@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Self
 import msgspec
 
 from agent.growing_file import FileMark, GrowingFile
+from agent.observer import NOBODY
 from protocol.artifact import whole_file
 from protocol.records import Episode, Evaluation, Progress, Summary
 
@@ -32,10 +33,19 @@ class Journal:
         run: the run directory.
         episodes: bytes of the finished flights that a training goes on from; by default, all that are there.
         flown: environment steps that it goes on from; points of curves beyond them are taken back.
+        on_progress: told of each line of progress, whether or not the disk has room for it.
     """
 
-    def __init__(self, run: Path, *, episodes: int | None = None, flown: int = 0) -> None:
+    def __init__(
+        self,
+        run: Path,
+        *,
+        episodes: int | None = None,
+        flown: int = 0,
+        on_progress: Callable[[Progress], None] = NOBODY.progress,
+    ) -> None:
         self._run = run
+        self._on_progress = on_progress
         self._flown = flown
         self._progress = GrowingFile(run / _PROGRESS, _length_of(run / _PROGRESS))
         self._episodes = GrowingFile(run / EPISODES, _length_of(run / EPISODES) if episodes is None else episodes)
@@ -47,6 +57,7 @@ class Journal:
         _add_line(self._progress, progress)
         self._try(self._progress.write)
         self._try(self._episodes.write)
+        self._on_progress(progress)
 
     def episode(self, episode: Episode) -> None:
         """Add a line for a finished flight; it is written with the next progress."""

@@ -12,6 +12,7 @@ from agent.checkpoints import Checkpoints
 from agent.journal import Journal
 from agent.learner import Learner
 from agent.logbook import Clocks
+from agent.observer import NOBODY, Observer
 from agent.replay_journal import ReplayJournal
 from agent.run_lock import sole_training
 from agent.training import Records, Training
@@ -30,6 +31,7 @@ def open_training(
     clocks: Clocks,
     stop: Callable[[], bool],
     failpoint: Failpoint = no_failpoint,
+    observer: Observer = NOBODY,
 ) -> Generator[Training]:
     """A training where it was left.
 
@@ -43,29 +45,24 @@ def open_training(
         if newest is not None:
             newest.require_grown(run)
         checkpoints.tidy(newest)
-        records = _open_records(run, config, checkpoints, newest, opened, off_policy=learner.off_policy)
-        training = Training(config, env=env, learner=learner, records=records, clocks=clocks, stop=stop)
+        replay = _open_replay(run, config, newest, opened) if learner.off_policy else None
+        journal = opened.enter_context(_open_journal(run, newest, observer))
+        records = Records(run=run, journal=journal, replay=replay, checkpoints=checkpoints)
+        training = Training(
+            config, env=env, learner=learner, records=records, clocks=clocks, stop=stop, observer=observer
+        )
         if newest is not None:
             training.restore(newest)
         yield training
 
 
-def _open_records(
-    run: Path,
-    config: RunConfig,
-    checkpoints: Checkpoints,
-    newest: Checkpoint | None,
-    opened: ExitStack,
-    *,
-    off_policy: bool,
-) -> Records:
-    """Cut back what grows to what the checkpoint names; to nothing where there is none."""
-    manifest = newest and newest.manifest
-    journal = Journal(
-        run, episodes=manifest.grown.episodes.length if manifest else 0, flown=manifest.step if manifest else 0
-    )
-    replay = None
-    if off_policy:
-        segments = manifest.grown.replay if manifest else ()
-        replay = opened.enter_context(ReplayJournal(run / REPLAY, config.environment.num_envs, segments))
-    return Records(run=run, journal=opened.enter_context(journal), replay=replay, checkpoints=checkpoints)
+def _open_journal(run: Path, newest: Checkpoint | None, observer: Observer) -> Journal:
+    """Cut back to what the checkpoint names; to nothing where there is none."""
+    episodes, flown = (newest.manifest.grown.episodes.length, newest.manifest.step) if newest else (0, 0)
+    return Journal(run, episodes=episodes, flown=flown, on_progress=observer.progress)
+
+
+def _open_replay(run: Path, config: RunConfig, newest: Checkpoint | None, opened: ExitStack) -> ReplayJournal:
+    """Cut back likewise."""
+    segments = newest.manifest.grown.replay if newest else ()
+    return opened.enter_context(ReplayJournal(run / REPLAY, config.environment.num_envs, segments))

@@ -22,6 +22,7 @@ from agent.journal import Journal
 from agent.learner import Learner, Transition
 from agent.learner import Statistics as Losses
 from agent.logbook import Clocks, Logbook
+from agent.observer import NOBODY, Observer
 from agent.policies import Policy, scripted
 from agent.replay_journal import ReplayJournal
 from agent.vector_hover import StepResult, VectorHover
@@ -67,8 +68,10 @@ class Training:
         records: Records,
         clocks: Clocks,
         stop: Callable[[], bool],
+        observer: Observer = NOBODY,
     ) -> None:
         self._config = config
+        self._observer = observer
         self._env = env
         self._learner = learner
         self._records = records
@@ -187,7 +190,8 @@ class Training:
         if flown == self._kept or not self._env.flights:
             return
         try:
-            self._records.checkpoints.write(self._content(), self._sync)
+            with self._observer.checkpoint():
+                self._records.checkpoints.write(self._content(), self._sync)
             self._kept = flown
             self._plan_checkpoint()
             self._save_weights()

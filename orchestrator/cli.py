@@ -24,11 +24,13 @@ from orchestrator.setup_command import run_setup
 from orchestrator.status import run_status, status_view
 from orchestrator.stop_request import StopRequest, stop_on_signals
 from orchestrator.table import evaluation_table
+from orchestrator.telemetry import run_telemetry
 from orchestrator.versions import collect_versions, installed_version
 from protocol.config import load_config
 from protocol.errors import InvalidConfig, InvalidInput, VantageError
 from protocol.messages import Role
 from protocol.scene import Split
+from protocol.telemetry.endpoint import Endpoint, parse_endpoint
 
 FAILED, MISUSED, STOPPED = 1, 2, 130
 
@@ -74,6 +76,10 @@ app.add_typer(bodies_app, name="bodies")
 app.add_typer(keys_app, name="keys")
 
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout, and nothing else there.")]
+HttpOption = Annotated[
+    str | None,
+    typer.Option(metavar="[HOST:]PORT", help="Where to answer health checks and give metrics.", show_default="nowhere"),
+]
 KeysOption = Annotated[Path, typer.Option("--dir", help="Where the keys and the list of allowed ones are.")]
 ForceOption = Annotated[bool, typer.Option("--force", help="Make it anew even if it is there.")]
 
@@ -111,6 +117,7 @@ def train(
         Path | None, typer.Option(help="The run directory to make.", show_default="runs/CONFIG-DATE-TIME")
     ] = None,
     evaluate: Annotated[bool, typer.Option(help="Fly the evaluation after the training.")] = True,
+    http: HttpOption = None,
     json: JsonOption = False,
 ) -> None:
     """Train a policy on real renders, then fly its evaluation.
@@ -121,14 +128,10 @@ def train(
     processes was killed, 'orchestrator resume' goes on.
     """
     settings = load_config(config)
-    with _at_work() as (display, stop):
-        directory = RunDirectory.create(
-            run or default_run_path(config, datetime.now()),
-            settings,
-            collect_versions(PROCESS_ENVIRONMENT),
-            Plan(evaluate=evaluate),
-        )
-        interruption = _interruption_of(lambda: training.train(directory, display=display, stop=stop))
+    path = run or default_run_path(config, datetime.now())
+    with _at_work() as (display, stop), run_telemetry(_endpoint(http), path.name, display) as watch:
+        directory = RunDirectory.create(path, settings, collect_versions(PROCESS_ENVIRONMENT), Plan(evaluate=evaluate))
+        interruption = _interruption_of(lambda: training.train(directory, watch=watch, stop=stop))
     _print_training(directory, json, interruption)
 
 
@@ -137,6 +140,7 @@ def train(
 )
 def resume(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
+    http: HttpOption = None,
     json: JsonOption = False,
 ) -> None:
     """Bring a run to its end from wherever it stands, whatever was killed or stopped, as if nothing had happened.
@@ -147,8 +151,8 @@ def resume(
     Of a run that has come to its end the report is printed again.
     """
     directory = RunDirectory.open(run)
-    with _at_work() as (display, stop):
-        interruption = _interruption_of(lambda: training.resume(directory, display=display, stop=stop))
+    with _at_work() as (display, stop), run_telemetry(_endpoint(http), run.name, display) as watch:
+        interruption = _interruption_of(lambda: training.resume(directory, watch=watch, stop=stop))
     _print_training(directory, json, interruption)
 
 
@@ -325,6 +329,10 @@ def _at_work() -> Generator[tuple[Display, StopRequest]]:
     """Show progress on stderr, and take signals as requests to stop."""
     with stop_on_signals() as stop, open_display(Console(stderr=True)) as display:
         yield display, stop
+
+
+def _endpoint(http: str | None) -> Endpoint | None:
+    return None if http is None else parse_endpoint(http)
 
 
 def _run_setup(module: str, *arguments: str) -> None:

@@ -11,6 +11,7 @@ from msgspec import Struct
 from protocol.client import Client
 from protocol.errors import CallFailed
 from protocol.messages import Drain, Lookup, Register, Registered, Role, WorkerRecord, Workers
+from protocol.observer import NOBODY, Observer
 from protocol.server import Handlers, serve
 from protocol.timeouts import Timeouts
 
@@ -87,8 +88,10 @@ class Registry:
 
 
 @contextmanager
-def serve_registry(registry: Registry, address: str, timeouts: Timeouts) -> Generator[None]:
-    """Answer for a registry at an address, in a thread of its own.
+def serve_registry(
+    registry: Registry, address: str, timeouts: Timeouts, observer: Observer = NOBODY
+) -> Generator[None]:
+    """Answer for a registry at an address, in a thread of its own, watched by `observer`.
 
     Raises:
         AddressUnavailable: the address can't be served.
@@ -104,7 +107,14 @@ def serve_registry(registry: Registry, address: str, timeouts: Timeouts) -> Gene
         try:
             # Anybody who may call may also ask it to drain; but the processes of a run must not become orphans of that.
             while not over.is_set():
-                serve(start, role=Role.ORCHESTRATOR, bind=address, computes=False, timeouts=timeouts)
+                serve(
+                    start,
+                    role=Role.ORCHESTRATOR,
+                    bind=address,
+                    computes=False,
+                    timeouts=timeouts,
+                    observer=observer,
+                )
         except Exception as error:
             _log.exception("the registry has failed")
             failure.append(error)

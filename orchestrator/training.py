@@ -31,6 +31,7 @@ from orchestrator.session import Session
 from orchestrator.socket_directory import run_sockets
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervisor import Supervisor
+from orchestrator.telemetry import Watch
 from orchestrator.ward import IsDone
 from orchestrator.worker_process import WorkerProcess
 from protocol.errors import VantageError
@@ -65,7 +66,7 @@ class Cast(Struct, frozen=True, eq=False):
         )
 
 
-def train(run: RunDirectory, *, display: Display, stop: StopRequest) -> None:
+def train(run: RunDirectory, *, watch: Watch, stop: StopRequest) -> None:
     """Train on a new run, and fly its evaluation with the same workers if it is to have one.
 
     Raises:
@@ -78,10 +79,10 @@ def train(run: RunDirectory, *, display: Display, stop: StopRequest) -> None:
         # Who serves at our sockets now was started on another run of this path, and has loaded what that was told.
         left_behind = LeftBehind((), (*cast.workers, *cast.agents), ())
         with _telling_how_to_go_on(run):
-            _perform(run, sockets, cast, left_behind, display, stop)
+            _perform(run, sockets, cast, left_behind, watch, stop)
 
 
-def resume(run: RunDirectory, *, display: Display, stop: StopRequest) -> None:
+def resume(run: RunDirectory, *, watch: Watch, stop: StopRequest) -> None:
     """Bring a run to its end from wherever it stands; nothing is done where it is there already.
 
     Raises:
@@ -91,7 +92,7 @@ def resume(run: RunDirectory, *, display: Display, stop: StopRequest) -> None:
     with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
         cast = _cast_to_finish(run, sockets)
         with _telling_how_to_go_on(run):
-            _perform(run, sockets, cast, _left_behind(run, cast), display, stop)
+            _perform(run, sockets, cast, _left_behind(run, cast), watch, stop)
 
 
 def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopRequest) -> None:
@@ -109,7 +110,7 @@ def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopR
         if any(found.launch.name == TRAINING for found in left_behind.in_the_way):
             resumption = f"'orchestrator resume {run.path}'"
             raise RunBusy(f"the training of {run.path} goes on without its orchestrator; take it up by {resumption}")
-        _perform(run, sockets, cast, left_behind, display, stop)
+        _perform(run, sockets, cast, left_behind, Watch(display), stop)
 
 
 def _cast_to_finish(run: RunDirectory, sockets: Path) -> Cast:
@@ -143,13 +144,13 @@ def _telling_how_to_go_on(run: RunDirectory) -> Generator[None]:
 
 
 def _perform(
-    run: RunDirectory, sockets: Path, cast: Cast, left_behind: LeftBehind, display: Display, stop: StopRequest
+    run: RunDirectory, sockets: Path, cast: Cast, left_behind: LeftBehind, watch: Watch, stop: StopRequest
 ) -> None:
     """Do the jobs, one after the other, with the same workers."""
     _end(left_behind, run.logs, stop)
     if not cast.jobs:
         return
-    with _crew(run, sockets, left_behind, display, stop) as session:
+    with _crew(run, sockets, left_behind, watch, stop) as session:
         first = cast.jobs[0]
         if left_behind.has(first.launch):
             # Before anything can go wrong or be stopped: whoever is in care is brought to its end with the others.
@@ -161,14 +162,14 @@ def _perform(
 
 @contextmanager
 def _crew(
-    run: RunDirectory, sockets: Path, left_behind: LeftBehind, display: Display, stop: StopRequest
+    run: RunDirectory, sockets: Path, left_behind: LeftBehind, watch: Watch, stop: StopRequest
 ) -> Generator[Session]:
     """A session on the run; no process of it is left when this ends."""
     config = run.config()
     timeouts = Timeouts.from_config(config.timeouts)
     registry = Registry(timeouts.liveness)
     with (
-        serve_registry(registry, registry_address(sockets), timeouts),
+        serve_registry(registry, registry_address(sockets), timeouts, watch.registry),
         Fleet(run.logs, stop, run.write_processes) as fleet,
         Supervisor(
             fleet,
@@ -181,7 +182,7 @@ def _crew(
             on_restart=run.note_restart,
         ) as supervisor,
     ):
-        yield Session(fleet, supervisor, display, stop, run.progress, run.orchestrator_log)
+        yield Session(fleet, supervisor, watch.display, stop, run.progress, run.orchestrator_log)
 
 
 def _end(left_behind: LeftBehind, logs: Path, stop: StopRequest) -> None:

@@ -7,21 +7,27 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
+import numpy as np
 from msgspec.structs import replace
 
 from perception_worker.backend import open_network
 from perception_worker.models import OPENPOSE_MOBILENET_THIN
 from perception_worker.perceive import Perceiver
 from protocol import Handlers, Pool, Timeouts, logs, serve
+from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import PerceptionConfig, RunConfig, load_config
 from protocol.enrolment import ADVERTISE_HELP, Enrolment, enrolment_of
 from protocol.errors import VantageError
 from protocol.exit_code import ExitCode, exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
+from protocol.frame import Frame
 from protocol.messages import Observe, Perceive, Render, Role
-from protocol.observation import Observation
+from protocol.observation import FilterState, Observation
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import add_security_options, security_of
+from protocol.telemetry.endpoint import Endpoint, add_http_option
+from protocol.telemetry.info import About
+from protocol.telemetry.worker import worker_telemetry
 
 _logger = logging.getLogger(__name__)
 
@@ -71,21 +77,31 @@ def run(
     membership: Enrolment | None = None,
     failpoint: Failpoint = no_failpoint,
     security: Security = LOCAL_ONLY,
+    http: Endpoint | None = None,
+    name: str = "perception",
 ) -> None:
     """Serve at `bind` until told to end, with frames from the render workers that `render` and the orchestrator name.
 
+    How the worker is, is served at `http`.
+
     Raises:
-        VantageError: the network can't be loaded, no render worker gets ready, the address can't be bound, or other
+        VantageError: the network can't be loaded, no render worker gets ready, an address can't be bound, or other
             machines can reach it and there is no key.
     """
     timeouts = Timeouts.from_config(config.timeouts)
     perception = config.perception
-    with Pool(render, role=Role.PERCEPTION, serves=Role.RENDER, timeouts=timeouts, security=security) as renderers:
+    capabilities = _capabilities(perception)
+    about = About(role=Role.PERCEPTION, name=name, serves=(bind,), capabilities=capabilities)
+    with (
+        Pool(render, role=Role.PERCEPTION, serves=Role.RENDER, timeouts=timeouts, security=security) as renderers,
+        worker_telemetry(http, about, {Role.RENDER: renderers}) as observer,
+    ):
 
         def start() -> Handlers:
             # The frames in hand are the parallel work; OpenCV's own threads would only contend for the same cores.
             cv2.setNumThreads(1)
             perceiver = Perceiver(open_network(perception), perception)
+            _warm_up(perceiver)
             renderers.wait_any_ready()
             return PerceptionHandlers(perceiver, renderers, render_deadline=render_deadline(timeouts)).table()
 
@@ -93,13 +109,21 @@ def run(
             start,
             role=Role.PERCEPTION,
             bind=bind,
-            capabilities=_capabilities(perception),
+            capabilities=capabilities,
             concurrency=perception.prefetch,
             timeouts=timeouts,
             membership=membership and membership._replace(follows={Role.RENDER: renderers}),
             failpoint=failpoint,
             security=security,
+            observer=observer,
         )
+
+
+def _warm_up(perceiver: Perceiver) -> None:
+    """Look at a black picture, so that what a network does but once is done before the first request waits for it."""
+    camera = Camera(CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0)), Intrinsics.from_horizontal_fov(640, 480, 70.0))
+    black = Frame(rgb=np.zeros((480, 640, 3), np.uint8), depth=np.zeros((480, 640), np.float32), camera=camera)
+    perceiver.perceive(black, FilterState.initial())
 
 
 def render_deadline(timeouts: Timeouts) -> float:
@@ -135,6 +159,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             membership=enrolment_of(chosen),
             failpoint=failpoint_of(os.environ),
             security=security_of(chosen, os.environ),
+            http=chosen.http,
+            name=chosen.name,
         )
     except (VantageError, OSError) as error:
         _logger.error("%s", error)
@@ -164,4 +190,5 @@ def _parser() -> argparse.ArgumentParser:
     add_security_options(parser)
     parser.add_argument("--config", type=Path, metavar="FILE", help="the run's configuration; the defaults without it")
     parser.add_argument("--network", type=Path, metavar="FILE", help="an ONNX file, in place of the configuration's")
+    add_http_option(parser)
     return parser

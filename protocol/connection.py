@@ -85,6 +85,7 @@ class Connection:
         used: when a call was last sent on it.
         window: how many calls the worker may hold; endless until it says that it is overloaded.
         suspicion: why the worker gets no calls although it is connected.
+        watched: whether it is pinged also while it holds no calls, so that `is_at_work` is no older than that.
         late: replies that nobody waits for any more.
         malformed: what came and was no message.
     """
@@ -110,6 +111,7 @@ class Connection:
         self.used = 0.0
         self.window = math.inf
         self.suspicion: Suspicion | None = None
+        self.watched = False
         self.late = 0
         self.malformed = 0
         self._hello = hello
@@ -171,15 +173,19 @@ class Connection:
         return self._denial if self._greeting is None else self._objection(self._greeting)
 
     @property
-    def takes_calls(self) -> bool:
-        """Whether the worker is ready for one call more."""
+    def is_at_work(self) -> bool:
+        """Whether the worker is there and handles requests, as far as was heard."""
         return (
             self.phase is Phase.OPEN
             and self.suspicion is None
             and self.health is not None
             and self.health.state in _AT_WORK
-            and len(self.outstanding) < self.window
         )
+
+    @property
+    def takes_calls(self) -> bool:
+        """Whether the worker is ready for one call more."""
+        return self.is_at_work and len(self.outstanding) < self.window
 
     def take_lost(self) -> list[Call]:
         """The calls that the worker held when it was lost, in the order in which they were sent."""
@@ -231,7 +237,11 @@ class Connection:
     @property
     def _wants_pings(self) -> bool:
         return self.phase is Phase.OPEN and (
-            bool(self.outstanding) or self.suspicion is not None or self.health is None or self._is_starting
+            self.watched
+            or bool(self.outstanding)
+            or self.suspicion is not None
+            or self.health is None
+            or self._is_starting
         )
 
     @property

@@ -1,6 +1,8 @@
-"""Why a call got no answer, in words that say what to do."""
+"""Why a call got no answer or would get none, in words that say what to do."""
 
 from collections.abc import Sequence
+
+from msgspec import Struct
 
 from protocol.call import Call
 from protocol.connection import Connection, Phase
@@ -8,6 +10,40 @@ from protocol.errors import CallFailed, DeadlineExceeded, WorkerLost
 from protocol.messages import State
 
 _STATUS = "See 'orchestrator status'"
+
+
+class Standing(Struct, frozen=True, kw_only=True):
+    """A worker as its client knows it.
+
+    Attributes:
+        at_work: whether it is there and handles requests.
+        reason: why not; empty where it does.
+    """
+
+    address: str
+    at_work: bool
+    reason: str = ""
+
+
+def standing(connection: Connection) -> Standing:
+    """How the worker behind a connection stands."""
+    if connection.is_at_work:
+        return Standing(address=connection.address, at_work=True)
+    return Standing(address=connection.address, at_work=False, reason=_absence(connection))
+
+
+def _absence(connection: Connection) -> str:
+    """Why a worker that is not at work is not."""
+    refusal, pong = connection.refusal, connection.health
+    if connection.phase is Phase.REFUSED and refusal is not None:
+        return str(refusal)
+    if connection.phase is Phase.GREETING:
+        return "it took the connection and has not said Welcome yet"
+    if connection.phase is not Phase.OPEN:
+        return "there is no connection to it"
+    if connection.suspicion is not None:
+        return str(connection.suspicion)
+    return "it has not said how it is yet" if pong is None else f"it is {pong.state}"
 
 
 def expiry(call: Call, connections: Sequence[Connection], now: float) -> CallFailed:

@@ -18,7 +18,7 @@ from msgspec import Struct
 
 from protocol.call import Call
 from protocol.connection import Answer, Connection, Phase
-from protocol.diagnosis import expiry
+from protocol.diagnosis import Standing, expiry, standing
 from protocol.errors import CallFailed, ClientClosed, MalformedMessage, ProtocolError, VantageError, WorkerLost
 from protocol.failure import error_of
 from protocol.mailbox import Mailbox
@@ -64,6 +64,8 @@ class Dispatcher:
         self._sockets_in_use = threading.Lock()
         self._asleep_until = -math.inf
         self._closing = False
+        self._watching = False
+        self.turns = 0
         self._over: CallFailed | None = None
         self._retries = 0
         self._losses = 0
@@ -103,6 +105,18 @@ class Dispatcher:
             malformed=self._malformed + sum(connection.malformed for connection in tuple(self._connections)),
         )
 
+    def wake(self) -> None:
+        """Have the thread take a turn, which `turns` counts."""
+        self._mailbox.ring()
+
+    def watch(self) -> None:
+        """Ping the workers also while they hold no calls, from now on. May be called from any thread."""
+        self._mailbox.put(self._watch)
+
+    def standings(self) -> tuple[Standing, ...]:
+        """How each worker stands, as of what was heard of it last. May be called from any thread."""
+        return tuple(standing(connection) for connection in tuple(self._connections))
+
     def _send_from_here(self) -> None:
         """Admit what was submitted, in the place of the client's thread, which is woken if that changes its plans."""
         if self._over is not None:
@@ -122,6 +136,7 @@ class Dispatcher:
         try:
             while not self._closing:
                 self._turn()
+                self.turns += 1
         except Exception as error:
             # Without this thread no call would ever end.
             _log.exception("the client's thread has failed")
@@ -181,11 +196,19 @@ class Dispatcher:
     def _stop(self) -> None:
         self._closing = True
 
+    def _watch(self) -> None:
+        self._watching = True
+        for connection in self._connections:
+            connection.watched = True
+
     def _add(self, connect: Callable[[], Connection]) -> None:
         try:
-            self._connections.append(connect())
+            connection = connect()
         except VantageError as error:
             _log.warning("can't connect to a worker: %s", error)
+            return
+        connection.watched = self._watching
+        self._connections.append(connection)
 
     def _leave(self, address: str) -> None:
         for connection in [one for one in self._connections if one.address == address]:

@@ -38,6 +38,7 @@ from protocol.messages import (
     State,
     Welcome,
 )
+from protocol.observer import NOBODY, Observer, refused
 from protocol.priority import go_first
 from protocol.security.guard import Guard
 from protocol.sockets import (
@@ -87,9 +88,12 @@ class Listener:
         timeouts: Timeouts,
         limits: Limits,
         guard: Guard | None = None,
+        observer: Observer = NOBODY,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.role = role
+        self.observer = observer
+        self.turns = 0
         self.incarnation = new_incarnation()
         self.clock = clock
         self.jobs: SimpleQueue[Job | None] = SimpleQueue()
@@ -127,6 +131,10 @@ class Listener:
     def start(self) -> None:
         """Answer from now on."""
         self._thread.start()
+
+    def wake(self) -> None:
+        """Have the thread take a turn, which `turns` counts."""
+        self._mailbox.ring()
 
     def ready(self) -> None:
         """The handlers take jobs."""
@@ -181,6 +189,7 @@ class Listener:
         try:
             while not self._over:
                 self._turn()
+                self.turns += 1
         except Exception as error:
             _log.exception("the listener has failed")
             self._failure = error
@@ -226,7 +235,7 @@ class Listener:
             request = decode(envelope, self._limits)
             refusal = self._guard.objection(arrival.key, arrival.address, request) if self._guard else None
             if refusal is not None:
-                self._reply(sender, header.request, failure_of(NotPermitted(refusal)))
+                self._refuse(sender, header.request, request, failure_of(NotPermitted(refusal)))
             else:
                 self._handle(sender, header, request)
         except ProtocolError as error:
@@ -237,7 +246,7 @@ class Listener:
     def _handle(self, sender: Part, header: RequestHeader, message: Message) -> None:
         match message:
             case Ping():
-                self._reply(sender, header.request, self._pong())
+                self._reply(sender, header.request, self.pong())
             case Hello():
                 self._reply(sender, header.request, self._greet(message))
             case Drain():
@@ -251,13 +260,17 @@ class Listener:
 
     def _queue(self, sender: Part, header: RequestHeader, request: Request[Any]) -> None:
         if self._state is State.DRAINING:
-            self._reply(sender, header.request, draining())
+            self._refuse(sender, header.request, request, draining())
         elif self._in_hand >= self._limits.queue:
-            self._reply(sender, header.request, overloaded(self._in_hand))
+            self._refuse(sender, header.request, request, overloaded(self._in_hand))
         else:
             now = self.clock()
             self._in_hand += 1
             self.jobs.put(Job(sender, header.request, request, now, now + header.deadline))
+
+    def _refuse(self, sender: Part, number: int, message: Message, why: Failure) -> None:
+        self._reply(sender, number, why)
+        self.observer.finished(refused(message, why))
 
     def _greet(self, hello: Hello) -> Reply:
         if hello.newest_version < OLDEST_PROTOCOL_VERSION or hello.oldest_version > PROTOCOL_VERSION:
@@ -269,7 +282,8 @@ class Listener:
             return failure_of(mismatch)
         return self._welcome
 
-    def _pong(self) -> Pong:
+    def pong(self) -> Pong:
+        """How the worker is; may be asked from any thread."""
         return Pong(
             incarnation=self.incarnation,
             state=self.state,
@@ -302,7 +316,7 @@ class Listener:
     def _end(self) -> None:
         with contextlib.suppress(Empty):
             while (job := self.jobs.get_nowait()) is not None:
-                self._reply(job.sender, job.number, draining())
+                self._refuse(job.sender, job.number, job.request, draining())
         for _ in range(self._handlers):
             self.jobs.put(None)
         if self._guard is not None:

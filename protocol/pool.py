@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from protocol.address import check_address
 from protocol.caller import Caller
+from protocol.diagnosis import Standing
 from protocol.limits import DEFAULT_LIMITS, Limits
 from protocol.messages import Ping, Pong, Role, Welcome
 from protocol.security import LOCAL_ONLY, Security
@@ -69,6 +70,23 @@ class Pool(Caller):
     def wait_any_ready(self) -> None:
         """Wait until one worker at least has started, also one that is not known yet; errors as `wait_ready`."""
         self._submit(Ping(), self._timeouts.startup, None, at_once=False).result()
+
+    def watch(self) -> None:
+        """Ping the workers also while they hold no calls, so that `standings` are never old."""
+        self._dispatcher.watch()
+
+    def standings(self) -> tuple[Standing, ...]:
+        """How each worker stands, as of what was heard of it last; asks nobody."""
+        return self._dispatcher.standings()
+
+    @property
+    def turns(self) -> int:
+        """How many turns the thread that waits on the sockets has taken."""
+        return self._dispatcher.turns
+
+    def wake(self) -> None:
+        """Have that thread take a turn."""
+        self._dispatcher.wake()
 
     def ping(self) -> tuple[Pong, ...]:
         """How the workers are, in the order of their addresses."""

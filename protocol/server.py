@@ -24,6 +24,7 @@ from protocol.limits import DEFAULT_LIMITS, Limits
 from protocol.listener import Job, Listener
 from protocol.message import Reply, Request
 from protocol.messages import Failure, Role
+from protocol.observer import NOBODY, Observer, handled, refused
 from protocol.priority import let_others_go_first
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.guard import guard_of
@@ -54,6 +55,7 @@ def serve(
     membership: Enrolment | None = None,
     failpoint: Failpoint = no_failpoint,
     security: Security = LOCAL_ONLY,
+    observer: Observer = NOBODY,
 ) -> None:
     """Serve until SIGTERM, SIGINT, `Drain` or the orchestrator's end, then finish what is in hand and return.
 
@@ -68,6 +70,7 @@ def serve(
         failpoint: reached at `reply-render`, or whatever the role is, before a reply is handed over.
         security: the keys to be spoken to under, and to speak with the orchestrator; without any, only within this
             machine.
+        observer: told of the worker, and of each request that is over.
 
     Raises:
         AddressUnavailable: `bind` is in use or can't be served, or the orchestrator's address is none.
@@ -86,6 +89,7 @@ def serve(
             handlers=concurrency,
             timeouts=timeouts,
             limits=limits,
+            observer=observer,
         )
         _log.info("%s listens at %s", role, bind, extra={"incarnation": listener.incarnation})
         enrolling = nullcontext() if membership is None else enrolled(membership, listener, bind, timeouts, security)
@@ -108,6 +112,8 @@ def _run(
     concurrency: int,
     before_reply: Callable[[], None],
 ) -> None:
+    # First: whoever has had an answer from the worker finds it observed.
+    listener.observer.attend(listener)
     listener.start()
     try:
         with enrolling:
@@ -135,23 +141,40 @@ def _handle_all(handle_jobs: Callable[[], None], concurrency: int) -> None:
 def _handle_jobs(listener: Listener, handlers: Handlers, before_reply: Callable[[], None]) -> None:
     while (job := listener.jobs.get()) is not None:
         begun = listener.clock()
-        reply = _reply_to(job, handlers, begun)
+        refusal = _refusal(job, handlers, begun)
+        reply = _reply_to(job, handlers[type(job.request)], begun) if refusal is None else refusal
         before_reply()
         queue, compute = begun - job.arrived, listener.clock() - begun
-        try:
-            listener.answer(job, reply, queue=queue, compute=compute)
-        except VantageError as error:
-            _log.exception("the reply to %s can't be sent", type(job.request).__name__)
-            listener.answer(job, internal(f"the reply can't be sent: {error}"), queue=queue, compute=compute)
+        sent = _answer(listener, job, reply, queue=queue, compute=compute)
+        if refusal is None:
+            listener.observer.finished(handled(job.request, sent, queue=queue, compute=compute))
+        else:
+            listener.observer.finished(refused(job.request, refusal, queue=queue))
 
 
-def _reply_to(job: Job, handlers: Handlers, now: float) -> Reply:
+def _answer(listener: Listener, job: Job, reply: Reply, *, queue: float, compute: float) -> Reply:
+    """Send the reply, or why it can't be sent; returns what was sent."""
+    try:
+        listener.answer(job, reply, queue=queue, compute=compute)
+    except VantageError as error:
+        _log.exception("the reply to %s can't be sent", type(job.request).__name__)
+        reply = internal(f"the reply can't be sent: {error}")
+        listener.answer(job, reply, queue=queue, compute=compute)
+    return reply
+
+
+def _refusal(job: Job, handlers: Handlers, now: float) -> Failure | None:
+    """Why a request is not handled at all."""
     name = type(job.request).__name__
-    handler = handlers.get(type(job.request))
-    if handler is None:
+    if type(job.request) not in handlers:
         return Failure(code="unsupported", message=f"this worker does not answer {name}")
     if now >= job.expires:
         return Failure(code="deadline-exceeded", message=f"{name} waited in the queue until its deadline")
+    return None
+
+
+def _reply_to(job: Job, handler: Callable[[Any], Reply], now: float) -> Reply:
+    name = type(job.request).__name__
     try:
         with deadline(job.expires - now):
             reply = handler(job.request)

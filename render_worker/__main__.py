@@ -1,4 +1,4 @@
-"""`python -m render_worker --bind ADDRESS [--config FILE] [--orchestrator ADDRESS --name NAME]`."""
+"""`python -m render_worker --bind ADDRESS [--config FILE] [--orchestrator ADDRESS --name NAME] [--http PORT]`."""
 
 import sys
 

@@ -18,6 +18,9 @@ from protocol.messages import Render, Role, Sampled, SampleScene
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import add_security_options, security_of
 from protocol.server import Handlers, serve
+from protocol.telemetry.endpoint import Endpoint, add_http_option
+from protocol.telemetry.info import About
+from protocol.telemetry.worker import worker_telemetry
 from protocol.timeouts import Timeouts
 from render_worker.renderer import Renderer, open_renderer
 from render_worker.scenes import sample_scene
@@ -36,6 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--name", default="render", help="what the orchestrator calls this worker (default: render)")
     parser.add_argument("--advertise", metavar="ADDRESS", help=ADVERTISE_HELP)
     add_security_options(parser)
+    add_http_option(parser)
     options = parser.parse_args(arguments)
     configure(Role.RENDER)
     try:
@@ -45,6 +49,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             membership=enrolment_of(options),
             failpoint=failpoint_of(os.environ),
             security=security_of(options, os.environ),
+            http=options.http,
+            name=options.name,
         )
     except (VantageError, OSError) as error:
         logger.error("%s", error)
@@ -59,15 +65,20 @@ def run(
     membership: Enrolment | None = None,
     failpoint: Failpoint = no_failpoint,
     security: Security = LOCAL_ONLY,
+    http: Endpoint | None = None,
+    name: str = "render",
 ) -> None:
-    """Open a renderer and serve it at `bind`.
+    """Open a renderer and serve it at `bind`, and how the worker is at `http`.
 
     Raises:
         NotPermitted: other machines can reach `bind`, and there is no key.
-        AddressUnavailable: the address can't be bound, or the orchestrator's is none.
+        AddressUnavailable: an address can't be bound, or the orchestrator's is none.
         Unavailable, ArtifactMissing, ArtifactDamaged: the renderer can't be opened.
     """
+    capabilities = {"renderer": "opengl"}
+    about = About(role=Role.RENDER, name=name, serves=(bind,), capabilities=capabilities)
     with ExitStack() as held:
+        observer = held.enter_context(worker_telemetry(http, about))
 
         def start() -> Handlers:
             renderer = held.enter_context(closing(open_renderer(config.render)))
@@ -78,11 +89,12 @@ def run(
             start,
             role=Role.RENDER,
             bind=bind,
-            capabilities={"renderer": "opengl"},
+            capabilities=capabilities,
             timeouts=Timeouts.from_config(config.timeouts),
             membership=membership,
             failpoint=failpoint,
             security=security,
+            observer=observer,
         )
 
 

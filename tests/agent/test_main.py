@@ -24,6 +24,7 @@ NOWHERE = Workers(("ipc:///nowhere/render",), ("ipc:///nowhere/perception",))
         ["fly"],
         ["train", "--run", "r"],
         ["evaluate", "--run", "r", "--render", "a", "--perception", "b", "--episodes", "0"],
+        ["train", "--run", "r", "--render", "a", "--perception", "b", "--http", "somewhere"],
     ],
 )
 def test_a_mistyped_command_is_told_at_once(arguments, capsys) -> None:

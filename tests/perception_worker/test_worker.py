@@ -19,6 +19,7 @@ from protocol.skeleton import Joint
 from tests.perception_worker.drawn_maps import DrawnNetwork, person
 from tests.perception_worker.workers import CAMERA, PATIENCE, SCENE, running
 from tests.protocol.registry import Registry, record
+from tests.protocol.telemetry.monitors import free_endpoint, monitoring
 from tests.protocol.waiting import wait_until
 from tests.serving import serving
 
@@ -150,6 +151,13 @@ def test_the_command_line_needs_somebody_who_draws(capsys):
     assert "Give --render, or --orchestrator" in capsys.readouterr().err
 
 
+def test_the_command_line_takes_a_port_for_monitors_and_nothing_else(capsys):
+    with pytest.raises(SystemExit) as ended_by:
+        main(["--bind", "ipc:///tmp/perception", "--render", "ipc:///tmp/render", "--http", "somewhere"])
+    assert ended_by.value.code == 2
+    assert "'somewhere' is no place to serve HTTP" in capsys.readouterr().err
+
+
 def test_a_renderer_that_hangs_is_told_before_its_perceiver_seems_to():
     """Else both would be stuck for as long, and both would be killed."""
     for timeouts in (Timeouts(call=30.0, progress=20.0), Timeouts(call=10.0, progress=20.0)):
@@ -207,6 +215,24 @@ class TestProcess:
             with serving({Render: render}, addresses[0], role=Role.RENDER):
                 client.wait_ready()
                 assert client.ping().state is State.READY
+
+    def test_tells_monitors_that_it_is_ready_only_while_its_render_worker_is(self, addresses):
+        at = free_endpoint()
+        arguments = (*self.arguments(addresses), "--name", "perception-7", "--http", at)
+        with running("perception_worker", *arguments) as process, monitoring(at) as monitor:
+            wait_until(monitor.answers)
+            assert monitor.waits_on() == {"start", "render"}
+            for _ in range(2):
+                with serving({Render: render}, addresses[0], role=Role.RENDER):
+                    wait_until(monitor.is_ready, seconds=60)
+                wait_until(lambda: monitor.waits_on() == {"render"})
+            told = monitor.json("/info")
+            assert (told["name"], told["pid"], told["calls"]) == (
+                "perception-7",
+                process.pid,
+                {"render": [addresses[0]]},
+            )
+            assert told["capabilities"]["network"] == "openpose_mobilenet_thin"
 
     def test_learns_of_its_render_worker_from_the_orchestrator_and_ends_with_it(
         self, addresses, photographer, tmp_path

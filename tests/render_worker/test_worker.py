@@ -1,8 +1,10 @@
 import os
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 
 import msgspec
 import numpy as np
@@ -16,6 +18,7 @@ from protocol.messages import Render, Role, SampleScene, State
 from render_worker.scenes import sample_scene
 from render_worker.worker import answer_sample, main
 from tests.protocol.registry import Registry
+from tests.protocol.telemetry.monitors import free_endpoint, monitoring
 from tests.protocol.waiting import wait_until
 from tests.serving import serving
 
@@ -136,3 +139,32 @@ def test_the_command_line_needs_an_address(capsys):
         main([])
     assert ended_by.value.code == 2
     assert "--bind" in capsys.readouterr().err
+
+
+def test_the_command_line_takes_a_port_for_monitors_and_nothing_else(capsys):
+    with pytest.raises(SystemExit) as ended_by:
+        main(["--bind", "ipc:///tmp/render", "--http", "somewhere"])
+    assert ended_by.value.code == 2
+    assert "'somewhere' is no place to serve HTTP" in capsys.readouterr().err
+
+
+def test_a_port_in_use_ends_the_worker_before_it_loads_anything(tmp_path):
+    at = free_endpoint()
+    with closing(socket.create_server((at.host, at.port))):
+        assert main(["--bind", f"ipc://{tmp_path}/render", "--http", str(at.port)]) == ExitCode.HOPELESS
+
+
+@pytest.mark.slow
+def test_a_worker_tells_monitors_how_it_is(tmp_path, look_at):
+    bound, at = f"ipc://{tmp_path}/render", free_endpoint()
+    process = worker("--bind", bound, "--name", "render-3", "--http", str(at.port))
+    with monitoring(at) as monitor, Client(bound, role=Role.AGENT, serves=Role.RENDER) as client:
+        wait_until(monitor.is_ready, seconds=60)
+        told = monitor.json("/info")
+        assert (told["name"], told["serves"], told["pid"]) == ("render-3", [bound], process.pid)
+        assert told["capabilities"] == {"renderer": "opengl"}
+        client.call(Render(scene=sample_scene(3, "test"), camera=look_at(sample_scene(3, "test"), 0, 3)))
+        answered = {"type": "Render", "outcome": "answered", "code": ""}
+        wait_until(lambda: monitor.metric("vantage_requests_total", **answered) == 1)
+    process.terminate()
+    assert ended(process)[0] == ExitCode.DONE

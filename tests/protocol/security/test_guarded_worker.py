@@ -12,11 +12,15 @@ from protocol.enrolment import Enrolment
 from protocol.errors import CallFailed, DeadlineExceeded, NotPermitted, Rejected
 from protocol.messages import Drain, Hello, Lookup, Register, Registered, Role, State, WorkerRecord, Workers
 from protocol.security import read_key
+from protocol.telemetry.info import About
+from protocol.telemetry.worker import worker_telemetry
 from tests.protocol.bare_client import bare_client
 from tests.protocol.calls import PATIENT, ask, client_of
 from tests.protocol.security.deployment import HASTY, free_port
 from tests.protocol.security.relay import relay
 from tests.protocol.serving import serving
+from tests.protocol.telemetry.monitors import free_endpoint, monitoring
+from tests.protocol.test_observer import Notes
 from tests.protocol.waiting import wait_until
 
 REGISTRY = {Register: lambda _: Registered(), Lookup: lambda _: Workers(workers=())}
@@ -111,6 +115,29 @@ def test_only_an_orchestrator_drains(deployment):
             client.call(Drain())
         assert caught.value.code == "not-permitted"
         assert client.call(ask(2)).scene.yaw == 2
+
+
+def test_what_a_key_does_not_permit_is_told_to_the_observer(deployment):
+    notes = Notes()
+    with deployment.serving(observer=notes) as address, deployment.client(address, Role.AGENT) as client:
+        with pytest.raises(Rejected):
+            client.call(Drain())
+        wait_until(lambda: notes.requests)
+        assert notes.told() == [("Drain", "refused", "not-permitted")]
+
+
+def test_no_secret_key_is_told_to_monitors(deployment):
+    at, about = free_endpoint(), About(role=Role.RENDER, name="render")
+    secret = read_key(deployment.folder / "render.key").secret
+    with (
+        worker_telemetry(at, about) as observer,
+        deployment.serving(observer=observer) as address,
+        deployment.client(address, Role.AGENT) as client,
+        monitoring(at) as monitor,
+    ):
+        client.call(ask(1))
+        for path in ("/info", "/metrics", "/health/ready", "/health/live"):
+            assert secret not in monitor.get(path).text
 
 
 def test_nobody_says_hello_as_somebody_else(deployment):

@@ -1,0 +1,85 @@
+"""How a worker's process is: what its observer sees of it, behind an HTTP port."""
+
+from collections.abc import Callable, Generator, Iterator, Mapping
+from contextlib import contextmanager
+
+from protocol.messages import Pong, Role, State
+from protocol.observer import NOBODY, Finished, Observed, Observer, Turning
+from protocol.pool import Pool
+from protocol.telemetry.endpoint import Endpoint
+from protocol.telemetry.info import About, Info, info
+from protocol.telemetry.process import needs_libraries, process_telemetry
+from protocol.telemetry.readiness import Wait, own_waits, waits_for_any
+from protocol.telemetry.subject import addresses_called
+
+
+class WatchedWorker:
+    """Watches a worker, and can be asked how it is.
+
+    Args:
+        calls: the workers that it needs, by role; without one at work of each, it is not ready.
+
+    Attributes:
+        count: told of each request that is over.
+    """
+
+    def __init__(self, about: About, calls: Mapping[Role, Pool]) -> None:
+        self._about = about
+        self._calls = calls
+        self._worker: Observed | None = None
+        self.count: Callable[[Finished], None] = NOBODY.finished
+
+    def attend(self, worker: Observed) -> None:
+        """This is the worker."""
+        self._worker = worker
+
+    def finished(self, request: Finished) -> None:
+        """A request is over."""
+        self.count(request)
+
+    def pong(self) -> Pong | None:
+        """How the worker is; None before it answers at its address."""
+        return None if self._worker is None else self._worker.pong()
+
+    def threads(self) -> Iterator[Turning]:
+        """The worker's own, and those of the clients that it calls others with."""
+        if self._worker is not None:
+            yield self._worker
+        yield from self._calls.values()
+
+    def waits(self) -> Iterator[Wait]:
+        """Its own start or end, and the workers that it needs."""
+        pong = self.pong()
+        yield from own_waits(State.STARTING if pong is None else pong.state)
+        for role, pool in self._calls.items():
+            yield from waits_for_any(role, pool.standings())
+
+    def info(self) -> Info:
+        """What the process is."""
+        pong = self.pong()
+        return info(
+            self._about, incarnation="" if pong is None else pong.incarnation, calls=addresses_called(self._calls)
+        )
+
+
+@contextmanager
+def worker_telemetry(
+    at: Endpoint | None, about: About, calls: Mapping[Role, Pool] | None = None
+) -> Generator[Observer]:
+    """Serve how a worker is at an endpoint, or nowhere; gives the observer that the worker is to be served with.
+
+    Raises:
+        AddressUnavailable: the port is in use, or the host is none of this machine's.
+        Unavailable: a library that this needs is not installed.
+    """
+    if at is None:
+        yield NOBODY
+        return
+    with needs_libraries():
+        # Only here: who is not to serve this does not load it.
+        from protocol.telemetry.metrics import RequestMetrics, WorkerCollector
+    watched = WatchedWorker(about, calls or {})
+    with process_telemetry(at, watched, calls or {}) as registry:
+        registry.register(WorkerCollector(watched.pong))
+        watched.count = RequestMetrics(registry).count
+        yield watched
