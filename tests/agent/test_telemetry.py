@@ -91,6 +91,7 @@ def seeing_once(directory: Path, may_see: threading.Event, *, pictures: int = 0)
         yield Workers((render,), (perception,))
 
 
+@pytest.mark.slow
 def test_a_training_that_is_asked_all_the_time_learns_the_same(tmp_path: Path) -> None:
     alone, asked = run_of(tmp_path, "alone"), run_of(tmp_path, "asked")
     at, may_see = free_endpoint(), threading.Event()

@@ -67,6 +67,7 @@ def address(folder: Path) -> str:
     return f"ipc://{folder}/worker"
 
 
+@pytest.mark.slow
 def test_a_worker_without_our_server_passes(address, folder):
     with running(WORKERS / "proper_worker.py", address, at=address) as process:
         verdict = judge("--worker", address, "--drain", folder=folder)
