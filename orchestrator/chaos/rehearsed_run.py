@@ -29,6 +29,8 @@ LOOK_EVERY = 0.05
 PATIENCE = 300.0
 """Seconds within which a run has to be as it should be again; a busy machine takes long to start a worker."""
 LAST_BREATH = 60.0
+LAST_WORDS = 2
+"""Lines of the orchestrator's log that are quoted where it ends against expectation."""
 KILL_PATIENCE = 10.0
 
 
@@ -217,7 +219,9 @@ class RehearsedRun:
         return self._orchestrator
 
     def _last_words(self) -> str:
-        return next((line.decode(errors="replace") for line in last_lines(self._log)), "it said nothing")
+        # An error's sentence comes before the hint how to go on.
+        words = [line.decode(errors="replace") for line in last_lines(self._log)[:LAST_WORDS]]
+        return "; ".join(reversed(words)) or "it said nothing"
 
 
 def _beside(path: Path, suffix: str) -> Path:
