@@ -40,6 +40,7 @@ def run(tmp_path: Path) -> Path:
     return directory
 
 
+@pytest.mark.slow
 def test_a_run_is_trained_and_evaluated_over_sockets(run: Path, tmp_path: Path) -> None:
     with analytic_workers(tmp_path) as workers:
         summary = train_run(run, workers)

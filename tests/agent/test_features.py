@@ -37,6 +37,7 @@ def facing(features: torch.Tensor) -> np.ndarray:
 
 
 @given(yaw=ANGLES, turned=ANGLES, distance=st.floats(1.5, 6.9), height=st.floats(0.5, 4.0))
+@pytest.mark.slow
 def test_a_scene_turned_about_the_person_is_the_same_scene(yaw, turned, distance, height) -> None:
     as_it_was = FEATURES(observation(yaw, (distance, 0.0, height)))
     as_turned = FEATURES(observation(yaw, (distance, 0.0, height), turned))

@@ -79,6 +79,7 @@ def test_what_was_learned_is_told_and_not_kept() -> None:
 
 
 @pytest.mark.parametrize(("terminated", "value"), [(True, -1.0), (False, -2.0)])
+@pytest.mark.slow
 def test_a_crash_is_worth_its_reward_and_a_truncation_what_would_have_come(terminated: bool, value: float) -> None:
     # A reward of -1 for ever at a discount of 0.5 is worth -2; entropy is made to count for nothing.
     config = replace(SAC, discount=0.5, polyak=0.5, initial_entropy=1e-6, learning_rate=1e-2, updates_per_step=1)

@@ -51,6 +51,7 @@ def lines(path: Path, kind):
     return [msgspec.json.decode(line, type=kind) for line in path.read_bytes().splitlines()]
 
 
+@pytest.mark.slow
 def test_a_training_leaves_weights_curves_episodes_progress_and_a_summary(tmp_path) -> None:
     summary = trained(tmp_path)
     assert summary == msgspec.json.decode((tmp_path / "summary.json").read_bytes(), type=Summary)
@@ -71,6 +72,7 @@ def test_a_training_leaves_weights_curves_episodes_progress_and_a_summary(tmp_pa
     assert list((tmp_path / "tensorboard").iterdir())
 
 
+@pytest.mark.slow
 def test_episodes_follow_from_the_runs_seed(tmp_path) -> None:
     trained(tmp_path)
     seeds = [episode.seed for episode in lines(tmp_path / "episodes.jsonl", Episode)]
@@ -79,6 +81,7 @@ def test_episodes_follow_from_the_runs_seed(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("algorithm", ["sac", "ppo"])
+@pytest.mark.slow
 def test_the_same_seed_trains_the_same_weights_however_the_workers_answer(tmp_path, algorithm) -> None:
     config = replace(CONFIG, learner=replace(CONFIG.learner, algorithm=algorithm))
     delays = itertools.cycle((0.01, 0.0, 0.004))

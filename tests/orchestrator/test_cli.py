@@ -89,6 +89,7 @@ def test_without_an_evaluation_a_training_ends_after_its_last_step(orchestrator,
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_a_signal_ends_a_training_in_order_and_nobody_is_left(orchestrator, config, wait_until, number):
     child = orchestrator.start("train", config(LONG), "--run", "one", "--json")
     run = orchestrator.folder / "one"
@@ -119,6 +120,7 @@ def test_a_signal_before_the_training_has_begun_ends_the_workers(orchestrator, c
     assert all(map(gone, processes_of(run)))
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_at_the_start_is_quoted_and_everything_stops(orchestrator, config):
     done = orchestrator.run("train", config(LONG), "--run", "one", rooms=("render_dies_at_start",))
     assert done.returncode == 1
