@@ -10,7 +10,7 @@ Belongs to the client's I/O thread; nothing here waits.
 import itertools
 import logging
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from enum import Enum, auto
 from typing import Any, NamedTuple
 
@@ -151,6 +151,14 @@ class Connection:
     def receive(self) -> Iterator[Answer]:
         """What came from the worker for the calls that it holds; then, whether the connection was made or broken."""
         # Replies first: what a worker said before it was lost still counts.
+        yield from self._replies()
+        events = [] if self.phase is Phase.BROKEN else self._line.events()
+        if LineEvent.BROKEN in events and self.phase is not Phase.BROKEN:
+            # And again: its last words may have come while we looked at the events.
+            yield from self._replies()
+        self._take_events(events)
+
+    def _replies(self) -> Iterator[Answer]:
         for parts in received(self._line.socket, self._limits):
             try:
                 envelope = open_envelope(parts, self._limits)
@@ -165,7 +173,6 @@ class Connection:
                 # Replaced without a broken connection, as behind a proxy.
                 self._break()
                 return
-        self._watch()
 
     @property
     def refusal(self) -> VantageError | None:
@@ -270,8 +277,8 @@ class Connection:
         if self.suspicion is None and before is not None:
             _log.info("%s gets calls again", self.name)
 
-    def _watch(self) -> None:
-        for event in self._line.events():
+    def _take_events(self, events: Sequence[LineEvent]) -> None:
+        for event in events if self.phase is not Phase.BROKEN else ():
             if event is LineEvent.BROKEN and self.phase is not Phase.CONNECTING:
                 self._break()
                 return
