@@ -74,15 +74,14 @@ def _running(known: Collection[int]) -> Iterator[tuple[psutil.Process, tuple[str
     """Our own user's processes and their command lines, those with the `known` numbers first."""
     mine = [process for process in psutil.process_iter(["cmdline", "uids"]) if _is_mine(process)]
     for process in sorted(mine, key=lambda process: process.pid not in known):
-        command = process.info["cmdline"] or (_command_at_last(process) if process.pid in known else ())
-        yield process, tuple(command)
+        yield process, tuple(process.info["cmdline"] or _command_at_last(process))
 
 
 def _command_at_last(process: psutil.Process) -> Sequence[str]:
     """The command line of a process that was started this moment: the system shows none until all of it is set up."""
-    deadline = time.monotonic() + _LONGEST_EXEC
     with contextlib.suppress(psutil.Error):
-        while process.status() != psutil.STATUS_ZOMBIE and time.monotonic() < deadline:
+        # A kernel's thread and a zombie have none, and never will.
+        while process.status() != psutil.STATUS_ZOMBIE and time.time() < process.create_time() + _LONGEST_EXEC:
             if command := process.cmdline():
                 return command
             time.sleep(0.001)

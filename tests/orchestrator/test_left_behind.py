@@ -13,15 +13,14 @@ SLEEP = "import time; time.sleep(600)  # {}"
 
 
 @pytest.fixture
-def start(tmp_path, python_launch, wait_until):
-    """Starts a process of a name, whose command is its own; not all of it may be set up yet where that is allowed."""
+def start(tmp_path, python_launch):
+    """Starts a process of a name, whose command is its own; not all of it may be set up yet."""
     started = []
 
-    def start(name: str, role: Role = Role.RENDER, *, at_once: bool = False) -> WorkerProcess:
+    def start(name: str, role: Role = Role.RENDER) -> WorkerProcess:
         launch = python_launch(SLEEP.format(tmp_path / name), name, role)
         process = WorkerProcess.start(launch, tmp_path / f"{name}.jsonl", {})
         started.append(process)
-        wait_until(lambda: at_once or psutil.Process(process.pid).cmdline())
         return process
 
     yield start
@@ -47,7 +46,7 @@ def pids(found) -> list[int]:
 
 
 def test_a_process_that_was_written_down_is_taken_up_once(start):
-    process = start("render-0", at_once=True)
+    process = start("render-0")
     left = LeftBehind([record_of(process)], [process.launch], {"render-0"})
     found = left.take(process.launch)
     assert found is not None
