@@ -7,7 +7,7 @@ EXTRAS := render,perception,agent,orchestrator,bake,dev
 CONFIG ?= configs/quickstart.toml
 
 .DEFAULT_GOAL := help
-.PHONY: help setup train test check benchmark doctor clean
+.PHONY: help setup train test check check-code check-tests benchmark doctor clean
 
 help: ## show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -31,10 +31,16 @@ test: setup ## every test, real processes included
 	$(BIN)/python -m pytest
 
 check: $(INSTALLED) ## style, types, architecture and the quick tests, in under a minute
+	@# Side by side: types are one thread's work, and tests wait for sockets and processes.
+	@$(MAKE) --no-print-directory --jobs 2 check-code check-tests
+
+check-code: $(INSTALLED)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
+
+check-tests: $(INSTALLED)
 	$(BIN)/python -m pytest -m "not slow" --numprocesses auto --maxprocesses 4 --dist worksteal
 
 benchmark: setup ## each stage alone, and the loop

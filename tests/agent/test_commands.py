@@ -65,6 +65,7 @@ def test_a_policy_that_nobody_knows_is_named_with_those_that_there_are(run: Path
         evaluate_run(run, Workers(("ipc://x",), ("ipc://y",)), episodes=1, names=("hover",))
 
 
+@pytest.mark.slow
 def test_nothing_is_evaluated_before_there_are_weights(run: Path) -> None:
     with pytest.raises(ArtifactMissing, match=r"weights\.safetensors"):
         evaluate_run(run, Workers(("ipc://x",), ("ipc://y",)), episodes=1, names=("sac",))

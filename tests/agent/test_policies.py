@@ -102,6 +102,7 @@ def scatter(seed: int, noise: float) -> float:
     return float(scripted(CONFIG, noise)(np.zeros((300, 111), np.float32), flights).std())
 
 
+@pytest.mark.slow
 def test_scripted_flights_scatter_each_in_its_own_measure() -> None:
     deviations = [scatter(seed, 0.3) for seed in range(30)]
     assert max(deviations) == pytest.approx(0.3, abs=0.05)

@@ -19,6 +19,7 @@ def learner(seed: int = 0, config: SacConfig = SAC) -> SacLearner:
     return SacLearner(config, FLIGHTS, seed=seed)
 
 
+@pytest.mark.slow
 def test_the_same_seed_learns_the_same() -> None:
     digests = []
     for seed in (0, 0, 1):

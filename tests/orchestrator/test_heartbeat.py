@@ -52,6 +52,7 @@ def test_a_worker_that_loads_is_starting_and_not_ready(start, wait_until):
         assert not heartbeat.is_ready
 
 
+@pytest.mark.slow
 def test_a_stopped_worker_becomes_silent_and_wakes_up_again(start, wait_until):
     record = start("serves_nothing")
     with Heartbeat(record, FAST) as heartbeat:

@@ -122,6 +122,7 @@ def test_an_agent_that_was_stopped_before_it_was_ever_heard_of_is_killed_and_rep
     assert cared.current(first).is_running
 
 
+@pytest.mark.slow
 def test_a_worker_in_an_endless_handler_is_killed_and_replaced_though_it_answers_pings(care, launch):
     cared = care(Timeouts(heartbeat=0.1, startup=30.0, liveness=20.0, progress=0.5))
     hangs = launch("hangs_in_a_handler")
@@ -182,6 +183,7 @@ def test_a_worker_that_never_gets_ready_runs_out_of_the_startup_clock(care, laun
         cared.look_until(lambda: False)
 
 
+@pytest.mark.slow
 def test_a_worker_is_replaced_after_so_many_requests_and_no_request_is_lost(care, launch):
     cared = care(recycle_requests=5, restarts=1)
     samples = launch("samples")

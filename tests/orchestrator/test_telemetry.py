@@ -110,6 +110,7 @@ def test_with_one_the_display_is_shown_the_same_and_monitors_are_answered():
     assert (told["role"], told["name"]) == ("orchestrator", "monday")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["train nothing.toml", "resume nothing"])
 def test_a_port_that_is_none_is_told(orchestrator, command):
     (orchestrator.folder / "nothing.toml").write_text("")

@@ -98,6 +98,7 @@ class TestObserve:
 
 
 class TestRenderWorkerInTrouble:
+    @pytest.mark.slow
     def test_one_that_does_not_answer_is_named_and_asked_again(self, addresses):
         with (
             perceiving(addresses, SOMEBODY, render_deadline=0.2) as client,

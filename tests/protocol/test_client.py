@@ -216,6 +216,7 @@ def test_a_worker_of_another_role_is_a_typed_error(address):
             client.call(ask(1))
 
 
+@pytest.mark.slow
 def test_a_start_that_takes_too_long_is_told_as_such(address):
     release = threading.Event()
 
@@ -282,6 +283,7 @@ def test_a_call_larger_than_the_worker_takes_is_rejected_and_others_go_on(addres
         assert client.call(ask(1)).scene.yaw == 1
 
 
+@pytest.mark.slow
 def test_a_part_that_the_socket_refuses_loses_that_call_and_no_other(address):
     limits = Limits(header_bytes=1000, body_bytes=1000, array_bytes=1000)
     large_frame = picture(Camera(CAMERA.pose, Intrinsics.from_horizontal_fov(40, 30, 70)))

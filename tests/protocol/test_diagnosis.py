@@ -53,6 +53,7 @@ def test_nobody_and_one_that_is_killed_are_no_connection(pool, start):
     wait_until(lambda: reason(pool) == "there is no connection to it")
 
 
+@pytest.mark.slow
 def test_one_that_hangs_is_missed_though_it_holds_no_call(pool, start):
     process = start("serves_scenes")
     wait_until(lambda: not reason(pool))
@@ -62,6 +63,7 @@ def test_one_that_hangs_is_missed_though_it_holds_no_call(pool, start):
     wait_until(lambda: not reason(pool))
 
 
+@pytest.mark.slow
 def test_one_that_came_later_is_watched_as_well(pool, address, start):
     start("serves_scenes")
     pool.add(f"{address}-later")

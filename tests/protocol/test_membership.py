@@ -212,7 +212,7 @@ class TestOrchestratorInTrouble:
 
     @pytest.fixture
     def said_last(self, caplog) -> Callable[[str], bool]:
-        """Whether what the membership said last has these words: on a busy machine it may say more than a test counts."""
+        """Whether the membership's last message has these words: it may say more of them than a test counts."""
         caplog.set_level("INFO", logger="protocol.membership")
 
         def said_last(words: str) -> bool:

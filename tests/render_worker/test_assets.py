@@ -43,6 +43,7 @@ def test_a_file_of_another_version_is_refused(tmp_path):
         load_assets(path)
 
 
+@pytest.mark.slow
 def test_what_was_saved_is_loaded_again(tmp_path, assets: Assets):
     path = tmp_path / "bodies.npz"
     save_assets(path, assets)

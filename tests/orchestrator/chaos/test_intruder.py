@@ -43,6 +43,7 @@ def unused_port():
         return probe.getsockname()[1]
 
 
+@pytest.mark.slow
 def test_garbage_comes_through_to_the_worker_and_ends_nobody(rehearsed, worker):
     before = pong_of(worker)
     send_messages(worker.address, garbage_messages(random.Random(1)))

@@ -129,6 +129,7 @@ def writer(start, rehearsed, tmp_path):
     return lambda: {path.name for path in folder.iterdir()} - {"data"}
 
 
+@pytest.mark.slow
 def test_a_full_disk_fails_every_write_of_the_agent_and_ends(rehearsed, writer):
     rehearsed.wait(lambda: writer() == {"ok"}, "it wrote")
     scenario = FullDisk(0.0)

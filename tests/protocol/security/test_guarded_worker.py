@@ -97,6 +97,7 @@ def test_a_key_that_is_revoked_while_it_is_used_is_refused_from_then_on(deployme
     assert "its key was revoked" in caplog.text
 
 
+@pytest.mark.slow
 def test_a_key_that_is_allowed_later_gets_through(deployment):
     with deployment.serving() as address:
         security = deployment.security("agent")
@@ -182,6 +183,7 @@ def test_bare_bytes_get_nothing_and_are_noticed(deployment, caplog, words):
             assert client.call(ask(2)).scene.yaw == 2
 
 
+@pytest.mark.slow
 def test_a_worker_that_does_not_prove_the_right_key_gets_no_calls(deployment):
     own = read_key(deployment.folder / "perception.key")
     with zmq.Context() as context, context.socket(zmq.ROUTER) as impostor:

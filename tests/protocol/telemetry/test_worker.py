@@ -35,6 +35,7 @@ class TestLive:
             held.may_end.set()
             pending.result()
 
+    @pytest.mark.slow
     def test_it_does_not_once_its_io_thread_hangs(self, address):
         at, hangs, may_go_on = free_endpoint(), threading.Event(), threading.Event()
         about = About(role=Role.RENDER, name="render-0")
@@ -111,6 +112,7 @@ class TestReady:
             worker.join(20)
             assert not worker.is_alive()
 
+    @pytest.mark.slow
     def test_a_parent_is_ready_only_while_a_child_is_at_work(self, address, start):
         children = f"{address}-0", f"{address}-1"
         with (
@@ -133,6 +135,7 @@ class TestReady:
             start("serves_scenes", children[1])
             wait_until(monitor.is_ready)
 
+    @pytest.mark.slow
     def test_a_child_that_hangs_is_missed_though_nothing_is_asked_of_it(self, address, start):
         child = f"{address}-0"
         timeouts = replace(PATIENT, liveness=0.3)

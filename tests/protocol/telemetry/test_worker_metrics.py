@@ -77,6 +77,7 @@ def test_noise_is_counted(address):
         wait_until(lambda: monitor.metric("vantage_malformed_messages_total") == 1)
 
 
+@pytest.mark.slow
 def test_calls_to_others_are_counted_by_role(address, start):
     behind = f"{address}-behind"
     with (
