@@ -11,13 +11,14 @@ from msgspec import Struct
 from orchestrator.run_directory import ProcessRecord
 from protocol.client import Client
 from protocol.errors import CallFailed, ProtocolError
-from protocol.messages import Drain, Ping, Pong, Role, State
+from protocol.messages import AT_WORK, Drain, Ping, Pong, Role, State
 from protocol.pending import Pending
 from protocol.timeouts import Timeouts
 
 NOT_RUNNING = "not running"
 SILENT = "silent"
 RUNNING = "running"
+WAITING = "waiting"
 LONGEST_INTERVAL = 0.2
 """Seconds between two pings, or the run's heartbeat if that is shorter."""
 
@@ -26,8 +27,9 @@ class Health(Struct, frozen=True, kw_only=True):
     """A process as it was last heard of.
 
     Attributes:
-        state: the worker's own word (starting, ready, busy, draining), `silent` where it does not answer, `running`
-            for a process that serves nothing, or `not running`.
+        state: the worker's own word (starting, ready, busy, draining), `waiting` where it is at work but for the
+            workers that it needs, `silent` where it does not answer, `running` for a process that serves nothing, or
+            `not running`.
         answered: requests answered so far; None for what does not answer pings.
         restarts: how often it was started again, replacements not counted.
     """
@@ -102,7 +104,8 @@ class Heartbeat:
             return self._health(self._unheard)
         if self._clock() - self._heard > 2 * self._patience:
             return self._health(SILENT)
-        return self._health(self.pong.state.value, self.pong)
+        waits = self.pong.lacks and self.pong.state in AT_WORK
+        return self._health(WAITING if waits else self.pong.state.value, self.pong)
 
     @property
     def is_ready(self) -> bool:

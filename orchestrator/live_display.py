@@ -12,7 +12,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from orchestrator.heartbeat import NOT_RUNNING, RUNNING, SILENT, Health
+from orchestrator.heartbeat import NOT_RUNNING, RUNNING, SILENT, WAITING, Health
 from protocol.messages import State
 from protocol.records import Progress, Stage
 
@@ -25,6 +25,7 @@ STATE_STYLES = {
     State.BUSY.value: "bold green",
     State.DRAINING.value: "yellow",
     RUNNING: "green",
+    WAITING: "yellow",
     SILENT: "bold red",
     NOT_RUNNING: "red",
 }

@@ -116,6 +116,7 @@ def run(
             failpoint=failpoint,
             security=security,
             observer=observer,
+            calls={Role.RENDER: renderers},
         )
 
 

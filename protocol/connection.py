@@ -25,6 +25,7 @@ from protocol.limits import Limits
 from protocol.line import Line, LineEvent
 from protocol.message import Reply, Request
 from protocol.messages import (
+    AT_WORK,
     OLDEST_PROTOCOL_VERSION,
     PROTOCOL_VERSION,
     Failure,
@@ -41,8 +42,6 @@ from protocol.sockets import Context, Socket, received, send
 from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)
-
-_AT_WORK = (State.READY, State.BUSY)
 
 _SHORTEST_LIFE = 0.05
 """Seconds between two tries to open a connection that breaks at once, again and again."""
@@ -186,8 +185,13 @@ class Connection:
             self.phase is Phase.OPEN
             and self.suspicion is None
             and self.health is not None
-            and self.health.state in _AT_WORK
+            and self.health.state in AT_WORK
         )
+
+    @property
+    def lacks(self) -> tuple[Role, ...]:
+        """The roles of which the worker knows nobody at work, as far as was heard."""
+        return () if self.health is None else self.health.lacks
 
     @property
     def takes_calls(self) -> bool:

@@ -16,7 +16,7 @@ class Standing(Struct, frozen=True, kw_only=True):
     """A worker as its client knows it.
 
     Attributes:
-        at_work: whether it is there and handles requests.
+        at_work: whether it is there, handles requests, and has whoever it needs for that.
         reason: why not; empty where it does.
     """
 
@@ -27,7 +27,7 @@ class Standing(Struct, frozen=True, kw_only=True):
 
 def standing(connection: Connection) -> Standing:
     """How the worker behind a connection stands."""
-    if connection.is_at_work:
+    if connection.is_at_work and not connection.lacks:
         return Standing(address=connection.address, at_work=True)
     return Standing(address=connection.address, at_work=False, reason=_absence(connection))
 
@@ -43,6 +43,8 @@ def _absence(connection: Connection) -> str:
         return "there is no connection to it"
     if connection.suspicion is not None:
         return str(connection.suspicion)
+    if connection.lacks:
+        return f"it waits for {' and '.join(connection.lacks)}"
     return "it has not said how it is yet" if pong is None else f"it is {pong.state}"
 
 

@@ -335,10 +335,11 @@ def _raise(error: Exception) -> None:
     raise error
 
 
-def _reluctance(connection: Connection, call: Call) -> tuple[bool, int, float]:
+def _reluctance(connection: Connection, call: Call) -> tuple[bool, bool, int, float]:
     """Smallest for the connection that the call should go to."""
     return (
         call.shunned == connection.address,
+        bool(connection.lacks),
         len(connection.outstanding),
         connection.used,
     )

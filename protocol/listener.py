@@ -89,6 +89,7 @@ class Listener:
         limits: Limits,
         guard: Guard | None = None,
         observer: Observer = NOBODY,
+        lacks: Callable[[], tuple[Role, ...]] = tuple,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.role = role
@@ -107,6 +108,7 @@ class Listener:
         )
         self._handlers = handlers
         self._limits = limits
+        self._lacks = lacks
         self._guard = guard
         if guard is not None:
             guard.attach(socket)
@@ -291,6 +293,7 @@ class Listener:
             queue_depth=self._in_hand,
             resident_bytes=self._process.memory_info().rss,
             malformed=self._malformed,
+            lacks=self._lacks(),
         )
 
     def _reply(self, sender: Part, number: int, reply: Reply) -> None:

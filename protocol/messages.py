@@ -36,6 +36,10 @@ class State(StrEnum):
     DRAINING = "draining"
 
 
+AT_WORK = frozenset({State.READY, State.BUSY})
+"""The states in which a worker handles requests."""
+
+
 class Welcome(Reply, frozen=True, eq=False, kw_only=True):
     """The answer to `Hello`: the version that both will speak, and who answers."""
 
@@ -64,6 +68,8 @@ class Pong(Reply, frozen=True, eq=False, kw_only=True):
         queue_depth: requests taken and not yet answered.
         resident_bytes: memory of the process.
         malformed: what came and was no message that this worker could read.
+        lacks: the roles of which its handlers need a worker, and of which it knows none at work. It takes requests all
+            the same, and they wait with it.
     """
 
     incarnation: str
@@ -72,6 +78,7 @@ class Pong(Reply, frozen=True, eq=False, kw_only=True):
     queue_depth: int
     resident_bytes: int
     malformed: int = 0
+    lacks: tuple[Role, ...] = ()
 
 
 class Ping(Request[Pong], frozen=True, eq=False):

@@ -1,7 +1,7 @@
 """A client of several workers that serve the same role."""
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from protocol.address import check_address
 from protocol.caller import Caller
@@ -91,3 +91,8 @@ class Pool(Caller):
     def ping(self) -> tuple[Pong, ...]:
         """How the workers are, in the order of their addresses."""
         return tuple(self._ping(address) for address in self.addresses)
+
+
+def lacking(pools: Mapping[Role, Pool]) -> tuple[Role, ...]:
+    """The roles of which no worker is at work."""
+    return tuple(role for role, pool in pools.items() if not any(one.at_work for one in pool.standings()))

@@ -25,6 +25,7 @@ from protocol.listener import Job, Listener
 from protocol.message import Reply, Request
 from protocol.messages import Failure, Role
 from protocol.observer import NOBODY, Observer, handled, refused
+from protocol.pool import Pool, lacking
 from protocol.priority import let_others_go_first
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.guard import guard_of
@@ -56,6 +57,7 @@ def serve(
     failpoint: Failpoint = no_failpoint,
     security: Security = LOCAL_ONLY,
     observer: Observer = NOBODY,
+    calls: Mapping[Role, Pool] | None = None,
 ) -> None:
     """Serve until SIGTERM, SIGINT, `Drain` or the orchestrator's end, then finish what is in hand and return.
 
@@ -71,6 +73,7 @@ def serve(
         security: the keys to be spoken to under, and to speak with the orchestrator; without any, only within this
             machine.
         observer: told of the worker, and of each request that is over.
+        calls: the workers that handlers call, by role; they are watched, and clients are told where none is at work.
 
     Raises:
         AddressUnavailable: `bind` is in use or can't be served, or the orchestrator's address is none.
@@ -90,7 +93,10 @@ def serve(
             timeouts=timeouts,
             limits=limits,
             observer=observer,
+            lacks=partial(lacking, calls or {}),
         )
+        for pool in (calls or {}).values():
+            pool.watch()
         _log.info("%s listens at %s", role, bind, extra={"incarnation": listener.incarnation})
         enrolling = nullcontext() if membership is None else enrolled(membership, listener, bind, timeouts, security)
         with _drain_by_signal(listener):

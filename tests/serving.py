@@ -9,10 +9,9 @@ from protocol.server import serve
 
 
 @contextmanager
-def serving(handlers, address, *, role, concurrency=1):
+def serving(handlers, address, *, role, **options):
     """A worker in a thread."""
-    options = {"role": role, "bind": address, "concurrency": concurrency}
-    thread = threading.Thread(target=serve, args=(lambda: handlers,), kwargs=options)
+    thread = threading.Thread(target=serve, args=(lambda: handlers,), kwargs={"role": role, "bind": address, **options})
     thread.start()
     try:
         yield

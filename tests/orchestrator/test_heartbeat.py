@@ -7,9 +7,11 @@ import pytest
 from orchestrator.heartbeat import Heartbeat, is_alive
 from orchestrator.run_directory import ProcessRecord
 from orchestrator.worker_process import WorkerProcess
+from protocol import Pool
 from protocol.errors import WrongRole
 from protocol.messages import Role
 from protocol.timeouts import Timeouts
+from tests.serving import serving
 
 FAST = Timeouts(heartbeat=0.1)
 
@@ -50,6 +52,26 @@ def test_a_worker_that_loads_is_starting_and_not_ready(start, wait_until):
     with Heartbeat(start("never_gets_ready"), FAST) as heartbeat:
         wait_until(lambda: heartbeat.beat().state == "starting")
         assert not heartbeat.is_ready
+
+
+def test_a_worker_whose_own_workers_are_gone_waits_and_has_got_ready_all_the_same(tmp_path, wait_until):
+    address = f"ipc://{tmp_path}/perception"
+    this = psutil.Process()
+    record = ProcessRecord(
+        name="perception-0",
+        role=Role.PERCEPTION,
+        address=address,
+        pid=this.pid,
+        started=this.create_time(),
+        log="logs/perception-0.jsonl",
+    )
+    with (
+        Pool([], role=Role.PERCEPTION, serves=Role.RENDER) as nobody,
+        serving({}, address, role=Role.PERCEPTION, calls={Role.RENDER: nobody}),
+        Heartbeat(record, FAST) as heartbeat,
+    ):
+        wait_until(lambda: heartbeat.beat().state == "waiting")
+        assert heartbeat.is_ready
 
 
 @pytest.mark.slow

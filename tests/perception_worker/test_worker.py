@@ -215,7 +215,9 @@ class TestProcess:
             assert client.ping().state is State.STARTING
             with serving({Render: render}, addresses[0], role=Role.RENDER):
                 client.wait_ready()
-                assert client.ping().state is State.READY
+                pong = client.ping()
+                assert (pong.state, pong.lacks) == (State.READY, ())
+            wait_until(lambda: client.ping().lacks == (Role.RENDER,))
 
     def test_tells_monitors_that_it_is_ready_only_while_its_render_worker_is(self, addresses):
         at = free_endpoint()

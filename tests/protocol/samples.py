@@ -119,6 +119,7 @@ def samples() -> tuple[Message, ...]:
             queue_depth=3,
             resident_bytes=2**28,
             malformed=1,
+            lacks=(Role.RENDER,),
         ),
         Drain(),
         Drained(),

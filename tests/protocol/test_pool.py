@@ -10,8 +10,10 @@ import pytest
 from protocol import Limits, Pool
 from protocol.errors import AddressUnavailable, DeadlineExceeded, InvalidInput, Rejected, WorkerLost, WrongRole
 from protocol.messages import Role, SampleScene, State
+from protocol.pool import lacking
 from tests.protocol.calls import PATIENT, ask
 from tests.protocol.serving import serving
+from tests.protocol.waiting import wait_until
 from tests.protocol.workers.scenes import scene_for
 
 
@@ -142,6 +144,50 @@ def test_no_address_is_in_a_pool_twice():
 def test_a_pool_without_workers_says_so_at_the_deadline():
     with pool_of(()) as pool, pytest.raises(DeadlineExceeded, match="no worker is known that could answer SampleScene"):
         pool.call(ask(1), deadline=0.1)
+
+
+class TestParents:
+    """Workers that call others: they are asked, and say when there is nobody for them to ask."""
+
+    @pytest.fixture
+    def child(self, address) -> str:
+        return f"{address}-child"
+
+    @pytest.fixture
+    def parents(self, addresses, child) -> Iterator[Pool]:
+        """Two parents, of which the first knows nobody and the second one child; that one need not be there."""
+        with (
+            pool_of([]) as nobody,
+            pool_of([child]) as children,
+            serving(addresses[0], role=Role.PERCEPTION, calls={Role.RENDER: nobody}),
+            serving(addresses[1], role=Role.PERCEPTION, calls={Role.RENDER: children}),
+            Pool(addresses, role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENT) as pool,
+        ):
+            pool.watch()
+            yield pool
+
+    def test_one_without_children_is_not_at_work_for_its_own_parent(self, parents, child):
+        def standings() -> list[tuple[bool, str]]:
+            return [(one.at_work, one.reason) for one in parents.standings()]
+
+        lonely = (False, "it waits for render")
+        wait_until(lambda: standings() == [lonely, lonely])
+        with serving(child):
+            wait_until(lambda: standings() == [lonely, (True, "")])
+        wait_until(lambda: standings() == [lonely, lonely])
+        assert [pong.lacks for pong in parents.ping()] == [(Role.RENDER,), (Role.RENDER,)]
+        assert lacking({Role.PERCEPTION: parents}) == (Role.PERCEPTION,)
+
+    def test_one_without_children_is_asked_last(self, parents, child, addresses):
+        with serving(child):
+            wait_until(lambda: [one.at_work for one in parents.standings()] == [False, True])
+            for seed in range(4):
+                parents.call(ask(seed))
+            answered = [pong.progress for pong in parents.ping()]
+        assert answered == [0, 4]
+
+    def test_one_without_children_is_asked_where_there_is_no_other(self, parents):
+        assert parents.call(ask(3)).scene.yaw == 3
 
 
 def test_a_call_that_waits_in_an_empty_pool_goes_to_the_first_worker_that_comes(addresses, tallies):
