@@ -18,16 +18,15 @@ from msgspec.structs import replace
 
 from protocol.call import Call
 from protocol.codec import Envelope, decode, decode_header, encode, open_envelope, seal
-from protocol.errors import MalformedMessage, NotPermitted, ProtocolError, VantageError, VersionMismatch, WrongRole
-from protocol.failure import DRAINING, OVERLOADED, error_of
+from protocol.errors import MalformedMessage, NotPermitted, ProtocolError, VantageError
+from protocol.failure import DRAINING, OVERLOADED
+from protocol.handshake import denial, name_of, objection
 from protocol.header import ReplyHeader, RequestHeader
 from protocol.limits import Limits
 from protocol.line import Line, LineEvent
 from protocol.message import Reply, Request
 from protocol.messages import (
     AT_WORK,
-    OLDEST_PROTOCOL_VERSION,
-    PROTOCOL_VERSION,
     Failure,
     Hello,
     Ping,
@@ -102,7 +101,7 @@ class Connection:
         curve: Curve | None = None,
     ) -> None:
         self.address = address
-        self.name = f"{serves or 'worker'} at {address}"
+        self.name = name_of(address, serves)
         self.outstanding: dict[int, Call] = {}
         self.phase = Phase.CONNECTING
         self.health: Pong | None = None
@@ -176,7 +175,7 @@ class Connection:
     @property
     def refusal(self) -> VantageError | None:
         """Why no call can be made on it, once the handshake has come to nothing."""
-        return self._denial if self._greeting is None else self._objection(self._greeting)
+        return self._denial if self._greeting is None else objection(self._greeting, self.address, self._serves)
 
     @property
     def is_at_work(self) -> bool:
@@ -298,11 +297,7 @@ class Connection:
 
     def _take_denial(self) -> None:
         """It does not take our key. Calls are told so at once, until one of the next tries succeeds."""
-        name = "" if self._curve is None else f" {self._curve.own.name!r}"
-        self._denial = NotPermitted(
-            f"{self.name} does not take our key{name}: it is not in its list of allowed keys, was revoked, or is of "
-            "a role that has no business there; its log says which"
-        )
+        self._denial = denial(self.name, self._curve)
         self._line.close()
         self.phase = Phase.REFUSED
         self._due = self._clock() + _DENIAL_LASTS
@@ -394,21 +389,3 @@ class Connection:
         self.phase = Phase.OPEN if self.refusal is None else Phase.REFUSED
         self._pulse = Pulse(self._heartbeat, self._timeouts)
         self._due = self._clock() + self._ping_interval
-
-    def _objection(self, reply: Reply | ProtocolError) -> VantageError | None:
-        if isinstance(reply, ProtocolError):
-            return reply
-        if isinstance(reply, Failure):
-            return error_of(reply, self.name, "Hello")
-        if not isinstance(reply, Welcome):
-            return MalformedMessage(f"{self.name} answered Hello with {type(reply).__name__}")
-        if not OLDEST_PROTOCOL_VERSION <= reply.version <= PROTOCOL_VERSION:
-            return VersionMismatch(
-                f"{self.name} wants version {reply.version} of the protocol; "
-                f"this process speaks {OLDEST_PROTOCOL_VERSION} to {PROTOCOL_VERSION}"
-            )
-        if self._serves is not None and reply.role is not self._serves:
-            return WrongRole(
-                f"the worker at {self.address} serves {reply.role}, not {self._serves}; check the addresses"
-            )
-        return None
