@@ -8,6 +8,7 @@ from types import TracebackType
 import psutil
 from msgspec import Struct
 
+from orchestrator.process_handle import has_ended
 from orchestrator.run_directory import ProcessRecord
 from protocol.client import Client
 from protocol.errors import CallFailed, ProtocolError
@@ -155,6 +156,6 @@ def is_alive(process: ProcessRecord) -> bool:
     """Whether the very process that was recorded runs, and not a later one of the same number."""
     try:
         found = psutil.Process(process.pid)
-        return found.create_time() == process.started and found.status() != psutil.STATUS_ZOMBIE
+        return found.create_time() == process.started and not has_ended(found)
     except psutil.NoSuchProcess:
         return False

@@ -104,7 +104,7 @@ class Foundling:
         """See `ProcessHandle`."""
         try:
             # A process of the same number that came later is not taken for it: psutil compares their creation.
-            return self._process.is_running() and self._process.status() != psutil.STATUS_ZOMBIE
+            return self._process.is_running() and not has_ended(self._process)
         except psutil.NoSuchProcess:
             return False
 
@@ -116,6 +116,18 @@ class Foundling:
                 return False
             time.sleep(POLL)
         return True
+
+
+def has_ended(process: psutil.Process) -> bool:
+    """Whether nothing of a process is left but its entry in the system's table.
+
+    The system shows a killed one as a zombie once its first thread has ended. Until its last thread has, which takes a
+    second on a busy machine, it holds its sockets and locks, and who is started in its place finds them in use.
+
+    Raises:
+        psutil.NoSuchProcess: not even that is left.
+    """
+    return process.status() == psutil.STATUS_ZOMBIE and process.num_threads() <= 1
 
 
 def is_stopped(process: ProcessHandle) -> bool:
