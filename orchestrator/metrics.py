@@ -7,6 +7,7 @@ from prometheus_client.registry import Collector
 
 from orchestrator.live_display import Snapshot
 from orchestrator.telemetry import standings_by_role
+from protocol.telemetry.metrics import counted
 
 
 class RunCollector(Collector):
@@ -25,8 +26,4 @@ class RunCollector(Collector):
             restarts.add_metric((health.name,), health.restarts)
         yield restarts
         processes = GaugeMetricFamily("vantage_processes", "Processes of the run", labels=("role", "at_work"))
-        for role, standings in standings_by_role(snapshot).items():
-            for at_work in (True, False):
-                number = sum(standing.at_work is at_work for standing in standings)
-                processes.add_metric((role.value, str(at_work).lower()), number)
-        yield processes
+        yield counted(processes, standings_by_role(snapshot))

@@ -1,6 +1,6 @@
 """The metrics of every process, in the registry that it is given. docs/metrics.md lists them."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from prometheus_client import CollectorRegistry, Counter, Histogram
 from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamily, Metric
@@ -8,6 +8,7 @@ from prometheus_client.process_collector import ProcessCollector
 from prometheus_client.registry import Collector
 
 from protocol import errors
+from protocol.diagnosis import Standing
 from protocol.failure import DRAINING, OVERLOADED, code_of
 from protocol.messages import Pong, Role
 from protocol.observer import Finished
@@ -83,16 +84,16 @@ class CallCollector(Collector):
         yield _counter("losses", "Calls lost with their worker", {to: one.losses for to, one in counts.items()})
         yield _counter("late_replies", "Replies too late", {to: one.late_replies for to, one in counts.items()})
         yield _counter("malformed_replies", "What was no reply", {to: one.malformed for to, one in counts.items()})
-        yield self._workers()
-
-    def _workers(self) -> Metric:
         workers = GaugeMetricFamily("vantage_workers", "Workers that are known", labels=("serves", "at_work"))
-        for role, pool in self._calls.items():
-            standings = pool.standings()
-            for at_work in (True, False):
-                number = sum(standing.at_work is at_work for standing in standings)
-                workers.add_metric((role.value, str(at_work).lower()), number)
-        return workers
+        yield counted(workers, {role: pool.standings() for role, pool in self._calls.items()})
+
+
+def counted(gauge: GaugeMetricFamily, standings: Mapping[Role, Sequence[Standing]]) -> Metric:
+    """A gauge with the labels role and whether at work, filled with how many stand so."""
+    for role, ones in standings.items():
+        for at_work in (True, False):
+            gauge.add_metric((role.value, str(at_work).lower()), sum(one.at_work is at_work for one in ones))
+    return gauge
 
 
 def _counter(name: str, what: str, counts: Mapping[str, int]) -> Metric:
