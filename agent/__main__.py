@@ -15,7 +15,7 @@ from protocol.errors import VantageError
 from protocol.exit_code import ExitCode, exit_code_of
 from protocol.failpoint import failpoint_of
 from protocol.security.options import add_security_options, security_of
-from protocol.telemetry.endpoint import add_http_option
+from protocol.telemetry.endpoint import add_http_options, endpoint_of
 
 _log = logging.getLogger("agent")
 
@@ -26,11 +26,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     logs.configure("agent")
     try:
-        workers = _workers(options, parser)
+        workers, http = _workers(options, parser), endpoint_of(options, os.environ)
         if options.job == "train":
-            train_run(options.run, workers, failpoint_of(os.environ), http=options.http)
+            train_run(options.run, workers, failpoint_of(os.environ), http=http)
         else:
-            evaluate_run(options.run, workers, episodes=options.episodes, names=options.policy, http=options.http)
+            evaluate_run(options.run, workers, episodes=options.episodes, names=options.policy, http=http)
     except (VantageError, OSError) as error:
         _log.error("%s", error, extra={"error": type(error).__name__})
         return exit_code_of(error)
@@ -49,7 +49,7 @@ def _parser() -> argparse.ArgumentParser:
         job.add_argument("--orchestrator", help="where to register, and to learn of workers")
         add_security_options(job)
         job.add_argument("--name", default="", help="what the orchestrator calls this process")
-        add_http_option(job)
+        add_http_options(job)
     evaluate.add_argument("--episodes", type=_count, help="flights of each policy, instead of the configured number")
     evaluate.add_argument("--policy", action="append", default=[], help="which to fly, instead of all; may be repeated")
     return parser

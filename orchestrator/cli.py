@@ -1,5 +1,6 @@
 """The `orchestrator` command: reads arguments, hands them on, and prints what comes back."""
 
+import os
 import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -30,7 +31,7 @@ from protocol.config import load_config
 from protocol.errors import InvalidConfig, InvalidInput, VantageError
 from protocol.messages import Role
 from protocol.scene import Split
-from protocol.telemetry.endpoint import Endpoint, parse_endpoint
+from protocol.telemetry.endpoint import Endpoint, endpoint_from, parse_endpoint
 
 FAILED, MISUSED, STOPPED = 1, 2, 130
 
@@ -332,7 +333,7 @@ def _at_work() -> Generator[tuple[Display, StopRequest]]:
 
 
 def _endpoint(http: str | None) -> Endpoint | None:
-    return None if http is None else parse_endpoint(http)
+    return endpoint_from(None if http is None else parse_endpoint(http), None, os.environ)
 
 
 def _run_setup(module: str, *arguments: str) -> None:

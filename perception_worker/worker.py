@@ -25,7 +25,7 @@ from protocol.messages import Observe, Perceive, Render, Role
 from protocol.observation import FilterState, Observation
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import add_security_options, security_of
-from protocol.telemetry.endpoint import Endpoint, add_http_option
+from protocol.telemetry.endpoint import Endpoint, add_http_options, endpoint_of
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry
 
@@ -160,7 +160,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             membership=enrolment_of(chosen),
             failpoint=failpoint_of(os.environ),
             security=security_of(chosen, os.environ),
-            http=chosen.http,
+            http=endpoint_of(chosen, os.environ),
             name=chosen.name,
         )
     except (VantageError, OSError) as error:
@@ -191,5 +191,5 @@ def _parser() -> argparse.ArgumentParser:
     add_security_options(parser)
     parser.add_argument("--config", type=Path, metavar="FILE", help="the run's configuration; the defaults without it")
     parser.add_argument("--network", type=Path, metavar="FILE", help="an ONNX file, in place of the configuration's")
-    add_http_option(parser)
+    add_http_options(parser)
     return parser

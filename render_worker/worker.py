@@ -18,7 +18,7 @@ from protocol.messages import Render, Role, Sampled, SampleScene
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import add_security_options, security_of
 from protocol.server import Handlers, serve
-from protocol.telemetry.endpoint import Endpoint, add_http_option
+from protocol.telemetry.endpoint import Endpoint, add_http_options, endpoint_of
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry
 from protocol.timeouts import Timeouts
@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--name", default="render", help="what the orchestrator calls this worker (default: render)")
     parser.add_argument("--advertise", metavar="ADDRESS", help=ADVERTISE_HELP)
     add_security_options(parser)
-    add_http_option(parser)
+    add_http_options(parser)
     options = parser.parse_args(arguments)
     configure(Role.RENDER)
     try:
@@ -49,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             membership=enrolment_of(options),
             failpoint=failpoint_of(os.environ),
             security=security_of(options, os.environ),
-            http=options.http,
+            http=endpoint_of(options, os.environ),
             name=options.name,
         )
     except (VantageError, OSError) as error:

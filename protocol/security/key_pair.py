@@ -1,7 +1,6 @@
 """A process' own key: a file that only its owner can read."""
 
 import os
-import stat
 from pathlib import Path
 from typing import Annotated
 
@@ -11,12 +10,11 @@ from msgspec import Meta, Struct
 
 from protocol.errors import InvalidInput, NotPermitted
 from protocol.messages import Role
+from protocol.security.secret_file import read_secret
 
 KeyName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
 PublicKey = Annotated[str, Meta(min_length=40, max_length=40)]
 """Z85 text, as ZeroMQ writes keys: 40 characters for 32 bytes."""
-
-_READABLE_BY_OTHERS = stat.S_IRGRP | stat.S_IWGRP | stat.S_IROTH | stat.S_IWOTH
 
 
 class KeyPair(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -69,9 +67,7 @@ def read_key(path: Path) -> KeyPair:
         NotPermitted: it is missing, is none, does not fit together, or others on this machine can read it.
     """
     try:
-        if path.stat().st_mode & _READABLE_BY_OTHERS and not _is_mounted_secret(path):
-            raise NotPermitted(f"others on this machine can read the key {path}; 'chmod 600 {path}' closes it")
-        key = msgspec.json.decode(path.read_bytes(), type=KeyPair)
+        key = msgspec.json.decode(read_secret(path, "key"), type=KeyPair)
     except OSError as error:
         raise NotPermitted(f"can't read the key {path}: {error.strerror}; 'orchestrator keys new' makes one") from error
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
@@ -86,8 +82,3 @@ def _fits_together(key: KeyPair) -> bool:
         return zmq.curve_public(key.secret.encode("ascii")).decode() == key.public
     except (ValueError, UnicodeEncodeError, zmq.ZMQError):
         return False
-
-
-def _is_mounted_secret(path: Path) -> bool:
-    """Whether it is a file that we could not close: a container's secret is mounted read-only, as the engine likes."""
-    return not os.access(path, os.W_OK)

@@ -1,24 +1,35 @@
-"""The HTTP endpoints of a process: `/health/live`, `/health/ready`, `/info` and `/metrics`."""
+"""The HTTP endpoints of a process: `/health/live`, `/health/ready`, `/info`, `/metrics`, perhaps `/control/stop`."""
 
-from typing import Any
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import msgspec
-from fastapi import FastAPI, Response
+from fastapi import Depends, FastAPI, Response
+from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 from msgspec import Struct
 from prometheus_client import CollectorRegistry
 from prometheus_client.exposition import CONTENT_TYPE_LATEST, generate_latest
 
+from protocol.telemetry.control import is_same
 from protocol.telemetry.info import Info
 from protocol.telemetry.liveness import Liveness, liveness
 from protocol.telemetry.readiness import Readiness, readiness
 from protocol.telemetry.subject import Subject
 
 _BODIES = (Info, Liveness, Readiness)
+_Shown: TypeAlias = Annotated[HTTPAuthorizationCredentials | None, Depends(HTTPBearer(auto_error=False))]
 _TEXT = {"content": {"text/plain": {"schema": {"type": "string"}}}}
 
 
-def telemetry_app(subject: Subject, registry: CollectorRegistry) -> FastAPI:
-    """The endpoints of a process, with its metrics from `registry`."""
+class Control(NamedTuple):
+    """Who may end a process, and how that is begun."""
+
+    token: str
+    stop: Callable[[], None]
+
+
+def telemetry_app(subject: Subject, registry: CollectorRegistry, control: Control | None = None) -> FastAPI:
+    """The endpoints of a process, with its metrics from `registry`; without `control`, nothing can be changed."""
     # Without the pages that show the document: they load scripts from elsewhere.
     app = FastAPI(title="Vantage: how a process is", version="1", docs_url=None, redoc_url=None)
 
@@ -45,8 +56,25 @@ def telemetry_app(subject: Subject, registry: CollectorRegistry) -> FastAPI:
     app.get("/health/ready", responses=_either("it can", "it can not yet", Readiness))(ready)
     app.get("/info", responses={200: {"description": "it is so", **_json(Info)}})(about)
     app.get("/metrics", responses={200: {"description": "as they are now", **_TEXT}}, response_class=Response)(metrics)
+    if control is not None:
+        _add_control(app, control)
     _describe_bodies(app)
     return app
+
+
+def _add_control(app: FastAPI, control: Control) -> None:
+    async def stop(credentials: _Shown = None) -> Response:
+        """End the process in order, as SIGTERM does: what is in hand is finished, what was learned is written."""
+        if credentials is None or not is_same(credentials.credentials, control.token):
+            return Response(status_code=401, headers={"WWW-Authenticate": "Bearer"})
+        control.stop()
+        return Response(status_code=202)
+
+    answers: dict[int | str, dict[str, Any]] = {
+        202: {"description": "it ends"},
+        401: {"description": "the token was not shown: `Authorization: Bearer TOKEN`"},
+    }
+    app.post("/control/stop", status_code=202, responses=answers, response_class=Response)(stop)
 
 
 def _answer(body: Struct, *, ok: bool) -> Response:

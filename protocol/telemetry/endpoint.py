@@ -1,25 +1,37 @@
 """Where a process answers monitors: a host and a port, and the option that every command line has for it."""
 
 import argparse
+from collections.abc import Mapping
+from pathlib import Path
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from protocol.errors import InvalidInput
+from protocol.telemetry.control import TOKEN_VARIABLE, token_from
 
 LOOPBACK = "127.0.0.1"
 _LARGEST_PORT = 65535
 
 
 class Endpoint(Struct, frozen=True):
-    """A host's name or number and a TCP port; port 0 is one that the system chooses."""
+    """A host's name or number and a TCP port; port 0 is one that the system chooses.
+
+    Attributes:
+        token: what control calls have to show; where it is empty there are none. It is never printed.
+    """
 
     host: str
     port: int
+    token: str = ""
 
     @property
     def is_loopback(self) -> bool:
         """Whether only this machine gets there."""
         return self.host in ("localhost", "::1") or self.host.startswith("127.")
+
+    def __repr__(self) -> str:
+        return f"Endpoint({str(self)!r})"
 
     def __str__(self) -> str:
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
@@ -38,14 +50,39 @@ def parse_endpoint(text: str) -> Endpoint:
     return Endpoint(bare or LOOPBACK, int(port))
 
 
-def add_http_option(parser: argparse.ArgumentParser) -> None:
-    """Have a command line take `--http`, as an `Endpoint` or None."""
+def add_http_options(parser: argparse.ArgumentParser) -> None:
+    """`--http` and `--http-token`."""
     parser.add_argument(
         "--http",
         type=_argument,
         metavar="[HOST:]PORT",
         help="where to answer health checks and give metrics; without a host, to this machine alone (default: nowhere)",
     )
+    parser.add_argument(
+        "--http-token",
+        type=Path,
+        metavar="FILE",
+        help=f"whose content lets a caller of --http end this process (default: what {TOKEN_VARIABLE} names, or none)",
+    )
+
+
+def endpoint_of(options: argparse.Namespace, environment: Mapping[str, str]) -> Endpoint | None:
+    """What the options come to; None where nothing is to be served.
+
+    Raises:
+        InvalidInput: a token, and nowhere to show it.
+        NotPermitted: see `token_from`.
+    """
+    return endpoint_from(options.http, options.http_token, environment)
+
+
+def endpoint_from(at: Endpoint | None, token: Path | None, environment: Mapping[str, str]) -> Endpoint | None:
+    """As `endpoint_of`, from the options' values."""
+    if at is None:
+        if token is not None:
+            raise InvalidInput("--http-token lets callers of --http end this process; it needs --http")
+        return None
+    return replace(at, token=token_from(token, environment))
 
 
 def _argument(text: str) -> Endpoint:

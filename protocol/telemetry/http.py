@@ -8,6 +8,7 @@ from contextlib import closing, contextmanager
 
 import uvicorn
 from fastapi import FastAPI
+from msgspec.structs import replace
 
 from protocol.errors import AddressUnavailable
 from protocol.telemetry.endpoint import Endpoint
@@ -31,7 +32,7 @@ def served(app: FastAPI, at: Endpoint) -> Generator[Endpoint]:
         AddressUnavailable: the port is in use, or the host is none of this machine's.
     """
     with closing(_listening(at)) as listening:
-        bound = Endpoint(at.host, int(listening.getsockname()[1]))
+        bound = replace(at, port=int(listening.getsockname()[1]))
         server = uvicorn.Server(_config(app))
         thread = threading.Thread(target=_serve, args=(server, listening), name="http", daemon=True)
         thread.start()

@@ -1,5 +1,7 @@
 """How any process is, behind an HTTP port: what worker and agent have in common."""
 
+import os
+import signal
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -27,14 +29,20 @@ def process_telemetry(at: Endpoint, subject: Subject, calls: Mapping[Role, Pool]
     """
     with needs_libraries():
         # Only here: who is not to serve this does not load it.
-        from protocol.telemetry.app import telemetry_app
+        from protocol.telemetry.app import Control, telemetry_app
         from protocol.telemetry.http import served
         from protocol.telemetry.metrics import process_registry
     registry = process_registry(lambda: not any(subject.waits()), calls)
-    with served(telemetry_app(subject, registry), at):
+    control = Control(at.token, _end_this_process) if at.token else None
+    with served(telemetry_app(subject, registry, control), at):
         for pool in calls.values():
             pool.watch()
         yield registry
+
+
+def _end_this_process() -> None:
+    # As any service manager asks for it: what follows is what the process does about that.
+    os.kill(os.getpid(), signal.SIGTERM)
 
 
 @contextmanager

@@ -155,6 +155,22 @@ def test_a_port_in_use_ends_the_worker_before_it_loads_anything(tmp_path):
 
 
 @pytest.mark.slow
+def test_a_worker_ends_in_order_for_who_shows_the_token_over_http(tmp_path):
+    token, at = tmp_path / "token", free_endpoint()
+    token.write_text("0123456789abcdef\n")
+    token.chmod(0o600)
+    process = worker("--bind", f"ipc://{tmp_path}/render", "--http", str(at.port), "--http-token", str(token))
+    with monitoring(at) as monitor:
+        wait_until(monitor.is_ready, seconds=60)
+        assert monitor.post("/control/stop").status_code == 401
+        assert monitor.is_ready()
+        assert monitor.post("/control/stop", Authorization="Bearer 0123456789abcdef").status_code == 202
+    code, log = ended(process)
+    assert code == ExitCode.DONE
+    assert "0123456789abcdef" not in log
+
+
+@pytest.mark.slow
 def test_a_worker_tells_monitors_how_it_is(tmp_path, look_at):
     bound, at = f"ipc://{tmp_path}/render", free_endpoint()
     process = worker("--bind", bound, "--name", "render-3", "--http", str(at.port))

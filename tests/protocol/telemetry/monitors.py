@@ -21,6 +21,10 @@ class Monitor:
         """The response, whatever its status."""
         return self._client.get(path)
 
+    def post(self, path: str, **headers: str) -> httpx.Response:
+        """The response to an order, whatever its status."""
+        return self._client.post(path, headers=headers)
+
     def json(self, path: str) -> Any:
         """What the body says, whatever its status."""
         return self.get(path).json()

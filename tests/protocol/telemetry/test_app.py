@@ -1,14 +1,19 @@
 """The app keeps what its OpenAPI document says, whatever is asked of it."""
 
+import pytest
 import schemathesis
 from hypothesis import HealthCheck, settings
 from prometheus_client import CollectorRegistry
 
 from protocol.messages import Role
-from protocol.telemetry.app import telemetry_app
+from protocol.telemetry.app import Control, telemetry_app
+from protocol.telemetry.endpoint import Endpoint
+from protocol.telemetry.http import served
 from protocol.telemetry.info import About, info
 from protocol.telemetry.readiness import Wait
+from tests.protocol.telemetry.monitors import monitoring
 
+TOKEN = "0123456789abcdef"
 PATHS = {"/health/live", "/health/ready", "/info", "/metrics"}
 
 
@@ -27,7 +32,8 @@ class NeverReady:
 
 
 app = telemetry_app(NeverReady(), CollectorRegistry())
-schema = schemathesis.openapi.from_asgi("/openapi.json", app)
+controlled = telemetry_app(NeverReady(), CollectorRegistry(), Control(TOKEN, lambda: None))
+schema = schemathesis.openapi.from_asgi("/openapi.json", controlled)
 
 
 @schema.parametrize()
@@ -35,6 +41,41 @@ schema = schemathesis.openapi.from_asgi("/openapi.json", app)
 def test_every_answer_is_as_the_document_says(case):
     # Not being ready is an answer, not a server's error; the document has its 503.
     case.call_and_validate(excluded_checks=[schemathesis.checks.not_a_server_error])
+
+
+class TestControl:
+    @pytest.fixture
+    def stops(self):
+        return []
+
+    @pytest.fixture
+    def monitor(self, stops):
+        control = Control(TOKEN, lambda: stops.append(True))
+        with (
+            served(telemetry_app(NeverReady(), CollectorRegistry(), control), Endpoint("127.0.0.1", 0)) as at,
+            monitoring(at) as monitor,
+        ):
+            yield monitor
+
+    def test_who_shows_the_token_ends_the_process(self, monitor, stops):
+        assert monitor.post("/control/stop", Authorization=f"Bearer {TOKEN}").status_code == 202
+        assert stops == [True]
+
+    @pytest.mark.parametrize(
+        "shown", [{}, {"Authorization": "Bearer x"}, {"Authorization": f"Basic {TOKEN}"}, {"Authorization": TOKEN}]
+    )
+    def test_nobody_else_does(self, monitor, stops, shown):
+        answer = monitor.post("/control/stop", **shown)
+        assert (answer.status_code, answer.headers["WWW-Authenticate"]) == (401, "Bearer")
+        assert stops == []
+
+    def test_looking_at_it_does_nothing(self, monitor, stops):
+        assert monitor.get("/control/stop").status_code == 405
+        assert stops == []
+
+    def test_without_a_token_it_is_not_there(self):
+        with served(app, Endpoint("127.0.0.1", 0)) as at, monitoring(at) as monitor:
+            assert monitor.post("/control/stop", Authorization=f"Bearer {TOKEN}").status_code == 404
 
 
 def test_the_document_has_every_endpoint_and_the_shape_of_each_answer():

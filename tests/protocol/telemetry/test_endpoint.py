@@ -3,7 +3,7 @@ import argparse
 import pytest
 
 from protocol.errors import InvalidInput
-from protocol.telemetry.endpoint import Endpoint, add_http_option, parse_endpoint
+from protocol.telemetry.endpoint import Endpoint, add_http_options, parse_endpoint
 
 
 @pytest.mark.parametrize("text", ["8000", ":8000", "127.0.0.1:8000"])
@@ -35,7 +35,7 @@ class TestOption:
     @pytest.fixture
     def parser(self):
         parser = argparse.ArgumentParser()
-        add_http_option(parser)
+        add_http_options(parser)
         return parser
 
     def test_by_default_there_is_none(self, parser):
