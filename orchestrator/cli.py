@@ -22,7 +22,7 @@ from orchestrator.live_display import Display, open_display
 from orchestrator.report import report_view, training_report
 from orchestrator.run_directory import Plan, RunDirectory, default_run_path, newest_run
 from orchestrator.setup_command import run_setup
-from orchestrator.status import run_status, status_view
+from orchestrator.status import RunStatus, run_status, status_view
 from orchestrator.stop_request import StopRequest, stop_on_signals
 from orchestrator.table import evaluation_table
 from orchestrator.telemetry import run_telemetry
@@ -189,19 +189,33 @@ def evaluate(
         Console().print(evaluation_table(evaluation))
 
 
-@app.command(epilog=_examples("orchestrator status", "orchestrator status runs/monday --json"))
+@app.command(
+    epilog=_examples(
+        "orchestrator status",
+        "orchestrator status runs/monday --json",
+        "orchestrator status --http gpu-box:8000 --http jetson:8000",
+    )
+)
 def status(
     run: Annotated[
         Path | None, typer.Argument(metavar="[RUN]", help="A run directory.", show_default="the newest in runs/")
     ] = None,
+    http: Annotated[
+        list[str] | None,
+        typer.Option(metavar="[HOST:]PORT", help="Instead ask a process there; may be given more than once."),
+    ] = None,
     json: JsonOption = False,
 ) -> None:
-    """Say how a run is: what its agent does, and each worker's own word."""
-    found = run_status(RunDirectory.open(run) if run else newest_run())
-    if json:
-        _print_json(found)
+    """Say how a run is: what its agent does, and each worker's own word.
+
+    Processes on other machines are asked where their own --http says. Ends with 1 if one of these is not ready.
+    """
+    if http:
+        if run is not None:
+            raise InvalidInput("name a run on this machine, or by --http processes on any; not both")
+        _print_reports(http, json)
     else:
-        Console().print(status_view(found))
+        _print_status(run_status(RunDirectory.open(run) if run else newest_run()), json)
 
 
 @app.command(epilog=_examples("orchestrator doctor", "orchestrator doctor --json"))
@@ -334,6 +348,26 @@ def _at_work() -> Generator[tuple[Display, StopRequest]]:
 
 def _endpoint(http: str | None) -> Endpoint | None:
     return endpoint_from(None if http is None else parse_endpoint(http), None, os.environ)
+
+
+def _print_status(found: RunStatus, json: bool) -> None:
+    if json:
+        _print_json(found)
+    else:
+        Console().print(status_view(found))
+
+
+def _print_reports(places: list[str], json: bool) -> None:
+    # No other command needs httpx.
+    from orchestrator.process_report import process_reports, reports_table
+
+    reports = process_reports([parse_endpoint(place) for place in places])
+    if json:
+        _print_json(reports)
+    else:
+        Console().print(reports_table(reports))
+    if not all(report.ready for report in reports):
+        raise typer.Exit(FAILED)
 
 
 def _run_setup(module: str, *arguments: str) -> None:

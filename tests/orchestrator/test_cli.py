@@ -10,6 +10,12 @@ from typer.testing import CliRunner
 
 from orchestrator.cli import app
 from protocol.config import RunConfig, load_config
+from protocol.messages import Role
+from protocol.telemetry.info import About
+from protocol.telemetry.worker import worker_telemetry
+from tests.protocol.telemetry.monitors import free_endpoint
+from tests.protocol.waiting import wait_until
+from tests.serving import serving
 
 SHORT = "[training]\nsteps = 20\n[evaluation]\nepisodes = 3\nbaselines = ['stay']\n"
 LONG = "[training]\nsteps = 1000000\n"
@@ -218,3 +224,24 @@ def test_every_configuration_that_we_ship_can_be_read(request):
     configs = sorted((request.config.rootpath / "configs").glob("*.toml"))
     assert {path.name for path in configs} >= {"quickstart.toml", "full.toml"}
     assert all(isinstance(load_config(path), RunConfig) for path in configs)
+
+
+class TestStatusOverHttp:
+    def test_who_is_ready_is_told_and_ends_with_0(self, invoke, tmp_path):
+        at = free_endpoint()
+        about = About(role=Role.RENDER, name="render-7")
+        with (
+            worker_telemetry(at, about) as observer,
+            serving({}, f"ipc://{tmp_path}/r", role=Role.RENDER, observer=observer),
+        ):
+            wait_until(lambda: invoke("status", "--http", str(at)).exit_code == 0)
+            told = json.loads(invoke("status", "--http", str(at), "--json").stdout)
+        assert [(one["at"], one["ready"], one["info"]["name"]) for one in told] == [(str(at), True, "render-7")]
+
+    def test_where_nobody_is_that_is_told_and_ends_with_1(self, invoke):
+        done = invoke("status", "--http", str(free_endpoint()))
+        assert done.exit_code == 1
+        assert "nobody answers" in done.stdout
+
+    def test_a_run_and_processes_at_once_are_a_mistake(self, invoke):
+        assert invoke("status", "runs/x", "--http", "8000").exit_code == 2
