@@ -1,39 +1,49 @@
 """The `orchestrator` command: reads arguments, hands them on, and prints what comes back."""
 
 import os
-import sys
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
 
-import msgspec
 import typer
-from msgspec import Struct
 from rich.console import Console
 from typer.core import TyperGroup
 
 from orchestrator import doctor as machine
-from orchestrator import keys, training
-from orchestrator.errors import Interrupted, RunError
+from orchestrator import training
+from orchestrator.errors import HostNotTold, Interrupted, RunError
+from orchestrator.host import HostOrder
+from orchestrator.host import host as serve_host
+from orchestrator.host_display import open_host_display
+from orchestrator.joining import join_of
 from orchestrator.launch import PROCESS_ENVIRONMENT, Evaluate
-from orchestrator.live_display import Display, open_display
+from orchestrator.options import (
+    AllowedOption,
+    HttpOption,
+    InsecureOption,
+    JsonOption,
+    KeyOption,
+    at_work,
+    endpoint,
+    examples,
+    print_json,
+)
 from orchestrator.report import report_view, training_report
 from orchestrator.run_directory import Plan, RunDirectory, default_run_path, newest_run
-from orchestrator.setup_command import run_setup
+from orchestrator.setup_cli import bodies_app, keys_app, models_app
 from orchestrator.status import RunStatus, run_status, status_view
-from orchestrator.stop_request import StopRequest, stop_on_signals
+from orchestrator.stop_request import stop_on_signals
 from orchestrator.table import evaluation_table
-from orchestrator.telemetry import run_telemetry
+from orchestrator.telemetry import host_telemetry, run_telemetry
 from orchestrator.versions import collect_versions, installed_version
 from protocol.config import load_config
 from protocol.errors import InvalidConfig, InvalidInput, VantageError
-from protocol.messages import Role
 from protocol.scene import Split
-from protocol.telemetry.endpoint import Endpoint, endpoint_from, parse_endpoint
+from protocol.security.options import security_from
+from protocol.telemetry.endpoint import parse_endpoint
 
-FAILED, MISUSED, STOPPED = 1, 2, 130
+DONE, FAILED, MISUSED, STOPPED = 0, 1, 2, 130
 
 
 class _Sentences(TyperGroup):
@@ -43,7 +53,7 @@ class _Sentences(TyperGroup):
         try:
             return super().invoke(ctx)
         except VantageError as error:
-            style = "yellow" if isinstance(error, Interrupted) else "bold red"
+            style = "yellow" if isinstance(error, Interrupted | HostNotTold) else "bold red"
             sentences = "\n".join((str(error), *getattr(error, "__notes__", ())))
             Console(stderr=True).print(sentences, style=style, markup=False, highlight=False, soft_wrap=True)
             raise typer.Exit(_exit_code(error)) from error
@@ -52,37 +62,30 @@ class _Sentences(TyperGroup):
 def _exit_code(error: VantageError) -> int:
     if isinstance(error, Interrupted):
         return STOPPED
+    if isinstance(error, HostNotTold):
+        # What was asked for is there; that workers stay is no failure of ours.
+        return DONE
     return MISUSED if isinstance(error, InvalidConfig | InvalidInput) else FAILED
-
-
-def _examples(*lines: str) -> str:
-    return "Examples:\n\n" + "\n\n".join(f"  {line}" for line in lines)
 
 
 app = typer.Typer(
     cls=_Sentences,
     help="Trains where a drone should fly so that a person's 3D pose is seen with certainty.",
-    epilog=_examples("orchestrator doctor", "orchestrator train configs/quickstart.toml", "orchestrator status"),
+    epilog=examples("orchestrator doctor", "orchestrator train configs/quickstart.toml", "orchestrator status"),
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-)
-models_app = typer.Typer(help="The pose network in the user's cache.", no_args_is_help=True)
-bodies_app = typer.Typer(help="The bodies in the user's cache.", no_args_is_help=True)
-keys_app = typer.Typer(
-    help="The keys under which processes on several machines speak with each other.", no_args_is_help=True
 )
 app.add_typer(models_app, name="models")
 app.add_typer(bodies_app, name="bodies")
 app.add_typer(keys_app, name="keys")
 
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout, and nothing else there.")]
-HttpOption = Annotated[
+JoinOption = Annotated[
     str | None,
-    typer.Option(metavar="[HOST:]PORT", help="Where to answer health checks and give metrics.", show_default="nowhere"),
+    typer.Option(
+        metavar="ADDRESS", help="Work with the workers of a host, and start none.", show_default="workers are started"
+    ),
 ]
-KeysOption = Annotated[Path, typer.Option("--dir", help="Where the keys and the list of allowed ones are.")]
-ForceOption = Annotated[bool, typer.Option("--force", help="Make it anew even if it is there.")]
 
 
 def main() -> None:
@@ -106,10 +109,11 @@ def _options(
 
 
 @app.command(
-    epilog=_examples(
+    epilog=examples(
         "orchestrator train configs/quickstart.toml",
         "orchestrator train configs/full.toml --run runs/monday",
         "orchestrator train configs/quickstart.toml --json > report.json",
+        "orchestrator train configs/full.toml --join tcp://hub:5600 --key trainer.key --run runs/monday --or-resume",
     )
 )
 def train(
@@ -118,6 +122,11 @@ def train(
         Path | None, typer.Option(help="The run directory to make.", show_default="runs/CONFIG-DATE-TIME")
     ] = None,
     evaluate: Annotated[bool, typer.Option(help="Fly the evaluation after the training.")] = True,
+    or_resume: Annotated[bool, typer.Option("--or-resume", help="Go on with the run if it is there already.")] = False,
+    join: JoinOption = None,
+    key: KeyOption = None,
+    allowed: AllowedOption = None,
+    insecure: InsecureOption = False,
     http: HttpOption = None,
     json: JsonOption = False,
 ) -> None:
@@ -127,20 +136,33 @@ def train(
 
     Ctrl-C stops in order and keeps what was learned; a second one stops at once. Either way, and also where any of the
     processes was killed, 'orchestrator resume' goes on.
+
+    With --join the workers are those of a host ('orchestrator host'), perhaps on other machines, and the agent alone is
+    started here. The host is told when the run is done.
     """
     settings = load_config(config)
+    joining = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
+    if or_resume and run is None:
+        raise InvalidInput("--or-resume goes on with the run of a name; it needs --run")
     path = run or default_run_path(config, datetime.now())
-    with _at_work() as (display, stop), run_telemetry(_endpoint(http), path.name, display) as watch:
-        directory = RunDirectory.create(path, settings, collect_versions(PROCESS_ENVIRONMENT), Plan(evaluate=evaluate))
-        interruption = _interruption_of(lambda: training.train(directory, watch=watch, stop=stop))
-    _print_training(directory, json, interruption)
+    go_on = training.train
+    with at_work() as (display, stop), run_telemetry(endpoint(http), path.name, display) as watch:
+        if or_resume and path.exists():
+            directory, go_on = RunDirectory.open_for(path, settings), training.resume
+        else:
+            plan = Plan(evaluate=evaluate)
+            directory = RunDirectory.create(path, settings, collect_versions(PROCESS_ENVIRONMENT), plan)
+        ending = _ending_of(lambda: go_on(directory, watch=watch, stop=stop, join=joining))
+    _print_training(directory, json, ending)
 
 
-@app.command(
-    epilog=_examples("orchestrator resume runs/monday", "orchestrator resume runs/monday --json > report.json")
-)
+@app.command(epilog=examples("orchestrator resume runs/monday", "orchestrator resume runs/monday --json > report.json"))
 def resume(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
+    join: JoinOption = None,
+    key: KeyOption = None,
+    allowed: AllowedOption = None,
+    insecure: InsecureOption = False,
     http: HttpOption = None,
     json: JsonOption = False,
 ) -> None:
@@ -152,13 +174,43 @@ def resume(
     Of a run that has come to its end the report is printed again.
     """
     directory = RunDirectory.open(run)
-    with _at_work() as (display, stop), run_telemetry(_endpoint(http), run.name, display) as watch:
-        interruption = _interruption_of(lambda: training.resume(directory, watch=watch, stop=stop))
-    _print_training(directory, json, interruption)
+    joining = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
+    with at_work() as (display, stop), run_telemetry(endpoint(http), run.name, display) as watch:
+        ending = _ending_of(lambda: training.resume(directory, watch=watch, stop=stop, join=joining))
+    _print_training(directory, json, ending)
 
 
 @app.command(
-    epilog=_examples(
+    epilog=examples(
+        "orchestrator host --key hub.key",
+        "orchestrator host --bind tcp://127.0.0.1:5600 --http 8000 --stay",
+    )
+)
+def host(
+    bind: Annotated[str, typer.Option(metavar="ADDRESS", help="Where to serve.")] = "tcp://0.0.0.0:5600",
+    key: KeyOption = None,
+    allowed: AllowedOption = None,
+    insecure: InsecureOption = False,
+    http: HttpOption = None,
+    stay: Annotated[bool, typer.Option("--stay", help="Go on when the runs are done, with the workers.")] = False,
+) -> None:
+    """Be where workers and runs on several machines find each other; start nothing.
+
+    Workers register with '--orchestrator ADDRESS', runs join by 'orchestrator train --join ADDRESS'. Once a run is done
+    and no other is under way, the workers end, and then this. Killed and started again, it is found again by all.
+    """
+    security = security_from(key, allowed, insecure=insecure, environment=os.environ)
+    order = HostOrder(bind=bind, stay=stay, security=security)
+    with (
+        stop_on_signals() as stop,
+        open_host_display(Console(stderr=True)) as display,
+        host_telemetry(endpoint(http), bind, display) as watch,
+    ):
+        serve_host(order, display=watch.display, stop=stop, observer=watch.registry)
+
+
+@app.command(
+    epilog=examples(
         "orchestrator evaluate runs/monday",
         "orchestrator evaluate runs/monday --episodes 100 --policy trained --policy random",
     )
@@ -177,20 +229,20 @@ def evaluate(
 ) -> None:
     """Fly a trained policy and the baselines over the same test scenes, and print how each did."""
     directory = RunDirectory.open(run)
-    with _at_work() as (display, stop):
+    with at_work() as (display, stop):
         what = Evaluate(episodes=episodes, policies=tuple(policy or ()))
         training.evaluate(directory, what, display=display, stop=stop)
     evaluation = directory.evaluation()
     if evaluation is None:
         raise RunError(f"the agent left no whole {directory.evaluation_path}")
     if json:
-        _print_json(evaluation)
+        print_json(evaluation)
     else:
         Console().print(evaluation_table(evaluation))
 
 
 @app.command(
-    epilog=_examples(
+    epilog=examples(
         "orchestrator status",
         "orchestrator status runs/monday --json",
         "orchestrator status --http gpu-box:8000 --http jetson:8000",
@@ -218,12 +270,12 @@ def status(
         _print_status(run_status(RunDirectory.open(run) if run else newest_run()), json)
 
 
-@app.command(epilog=_examples("orchestrator doctor", "orchestrator doctor --json"))
+@app.command(epilog=examples("orchestrator doctor", "orchestrator doctor --json"))
 def doctor(json: JsonOption = False) -> None:
     """Check that this machine has what Vantage needs, and say what to do about each thing that it lacks."""
     checks = tuple(machine.all_checks())
     if json:
-        _print_json(checks)
+        print_json(checks)
     else:
         Console().print(machine.checks_table(checks))
     if not machine.all_needed_passed(checks):
@@ -231,7 +283,7 @@ def doctor(json: JsonOption = False) -> None:
 
 
 @app.command(
-    epilog=_examples(
+    epilog=examples(
         "orchestrator chaos configs/quickstart.toml --faults 20 --seed 7",
         "orchestrator chaos configs/quickstart.toml --faults 5 --only kill-agent --only stop-render",
     )
@@ -251,60 +303,19 @@ def chaos(
 
     scenarios = catalogue.chosen(tuple(only or ()))
     order = rehearsal.Order(config=config, faults=faults, seed=seed, scenarios=scenarios, runs=runs)
-    with _at_work() as (display, stop):
+    with at_work() as (display, stop):
         found = rehearsal.rehearse(order, display, stop)
     if json:
-        _print_json(found)
+        print_json(found)
     else:
         Console().print(report.report_view(found))
     if not found.passed:
         raise typer.Exit(FAILED)
 
 
-@models_app.command("pull", epilog=_examples("orchestrator models pull"))
-def pull_models(force: ForceOption = False) -> None:
-    """Fetch the pose network into the user's cache, unless it is there and whole."""
-    _run_setup("perception_worker.models", "pull", *(["--force"] if force else []))
-
-
-@bodies_app.command("bake", epilog=_examples("orchestrator bodies bake"))
-def bake_bodies(force: ForceOption = False) -> None:
-    """Make the file of bodies in the user's cache, unless it is there and whole (about two minutes)."""
-    _run_setup("render_worker.bake", *(["--force"] if force else []))
-
-
-@keys_app.command("new", epilog=_examples("orchestrator keys new gpu-box --role render"))
-def new_key(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="What to call it.", show_default=False)],
-    role: Annotated[Role, typer.Option(help="What its holder may be.", show_default=False)],
-    directory: KeysOption = Path("keys"),
-) -> None:
-    """Make a key, and allow it. Copy its file and allowed.json to the machine that is to have it."""
-    typer.echo(keys.new_key(directory, name, role))
-
-
-@keys_app.command("list", epilog=_examples("orchestrator keys list", "orchestrator keys list --json"))
-def list_keys(directory: KeysOption = Path("keys"), json: JsonOption = False) -> None:
-    """Say which keys there are, and which of them count."""
-    found = keys.listed_keys(directory)
-    if json:
-        _print_json(found.keys)
-    else:
-        Console(soft_wrap=True).print(keys.keys_table(found))
-
-
-@keys_app.command("revoke", epilog=_examples("orchestrator keys revoke gpu-box"))
-def revoke_key(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Which key.", show_default=False)],
-    directory: KeysOption = Path("keys"),
-) -> None:
-    """Let a key count no more: at once where allowed.json is this file, elsewhere when it has been copied there."""
-    keys.revoke_key(directory, name)
-
-
 @app.command(
     "view",
-    epilog=_examples(
+    epilog=examples(
         "orchestrator view 7",
         "orchestrator view 7 --distance 2.5 --angle 30 --output handover.png",
         "orchestrator view 1 2 3 --split train --output pictures/",
@@ -335,24 +346,13 @@ def view_scenes(
         viewing.write_picture(files[seed], page)
         typer.echo(files[seed])
 
-    with _at_work() as (display, stop):
+    with at_work() as (display, stop):
         viewing.view(look, settings, show=write, display=display, stop=stop)
-
-
-@contextmanager
-def _at_work() -> Generator[tuple[Display, StopRequest]]:
-    """Show progress on stderr, and take signals as requests to stop."""
-    with stop_on_signals() as stop, open_display(Console(stderr=True)) as display:
-        yield display, stop
-
-
-def _endpoint(http: str | None) -> Endpoint | None:
-    return endpoint_from(None if http is None else parse_endpoint(http), None, os.environ)
 
 
 def _print_status(found: RunStatus, json: bool) -> None:
     if json:
-        _print_json(found)
+        print_json(found)
     else:
         Console().print(status_view(found))
 
@@ -363,38 +363,28 @@ def _print_reports(places: list[str], json: bool) -> None:
 
     reports = process_reports([parse_endpoint(place) for place in places])
     if json:
-        _print_json(reports)
+        print_json(reports)
     else:
         Console().print(reports_table(reports))
     if not all(report.ready for report in reports):
         raise typer.Exit(FAILED)
 
 
-def _run_setup(module: str, *arguments: str) -> None:
-    with stop_on_signals() as stop:
-        code = run_setup(module, *arguments, stop=stop)
-    raise typer.Exit(code)
-
-
-def _interruption_of(work: Callable[[], None]) -> Interrupted | None:
-    """Do something, and tell whether somebody stopped it."""
+def _ending_of(work: Callable[[], None]) -> Interrupted | HostNotTold | None:
+    """Do something, and tell what is to be said of its end once its outcome was printed."""
     try:
         work()
-    except Interrupted as error:
+    except (Interrupted, HostNotTold) as error:
         return error
     return None
 
 
-def _print_training(run: RunDirectory, json: bool, interruption: Interrupted | None) -> None:
-    """Print what a training came to, even one that was stopped, and then raise what stopped it."""
-    report = training_report(run, interrupted=interruption is not None)
+def _print_training(run: RunDirectory, json: bool, ending: Interrupted | HostNotTold | None) -> None:
+    """Print what a training came to, even one that was stopped, and then raise what there is to say of its end."""
+    report = training_report(run, interrupted=isinstance(ending, Interrupted))
     if report is not None and json:
-        _print_json(report)
+        print_json(report)
     elif report is not None:
         Console().print(report_view(report))
-    if interruption is not None:
-        raise interruption
-
-
-def _print_json(value: Struct | tuple[Struct, ...]) -> None:
-    sys.stdout.write(msgspec.json.format(msgspec.json.encode(value), indent=2).decode() + "\n")
+    if ending is not None:
+        raise ending

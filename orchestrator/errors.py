@@ -7,6 +7,8 @@ VantageError
 │   └── RunBusy             another orchestrator works on it
 ├── ProcessFailed         a process of the run ended by itself and should not have
 │   └── RestartsExhausted   it did so more often than it may be started again
+├── HostLost              the host that a run has joined is gone for too long
+├── HostNotTold           the run is done, and its host could not be told
 └── Interrupted           somebody asked us to stop (Ctrl-C, SIGTERM)
 """
 
@@ -35,6 +37,14 @@ class ProcessFailed(VantageError):
 
 class RestartsExhausted(ProcessFailed):
     """A process of the run failed more often than it may be started again."""
+
+
+class HostLost(VantageError):
+    """The host that a run has joined is gone for too long; its workers end as well."""
+
+
+class HostNotTold(VantageError):
+    """The run is done, and the host that it had joined could not be told; its workers stay."""
 
 
 class Interrupted(VantageError):

@@ -12,7 +12,7 @@ from orchestrator.process_handle import has_ended
 from orchestrator.run_directory import ProcessRecord
 from protocol.client import Client
 from protocol.errors import CallFailed, ProtocolError
-from protocol.messages import AT_WORK, Drain, Ping, Pong, Role, State
+from protocol.messages import AT_WORK, Drain, Ping, Pong, Role, State, WorkerRecord
 from protocol.pending import Pending
 from protocol.timeouts import Timeouts
 
@@ -43,6 +43,12 @@ class Health(Struct, frozen=True, kw_only=True):
     queue_depth: int | None = None
     resident_bytes: int | None = None
     restarts: int = 0
+
+    @classmethod
+    def as_registered(cls, record: WorkerRecord) -> "Health":
+        """How a process is that we know by its own word alone; it may be on another machine."""
+        state = record.state.value if record.address else RUNNING
+        return cls(name=record.name, role=record.role, pid=record.pid, state=state)
 
 
 class Heartbeat:

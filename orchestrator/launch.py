@@ -67,14 +67,23 @@ def worker_launches(config: RunConfig, config_path: Path, sockets: Path) -> tupl
     return *renderers, *perceivers
 
 
-def training_launch(run: Path, workers: Sequence[Launch], sockets: Path) -> Launch:
-    """The agent that trains in the run directory `run`."""
-    return Launch(name=TRAINING, role=Role.AGENT, command=_agent("train", TRAINING, run, workers, sockets))
+def training_launch(run: Path, workers: Sequence[Launch], sockets: Path, options: Sequence[str] = ()) -> Launch:
+    """The agent that trains in the run directory `run`.
+
+    Args:
+        workers: those that it is told of; of others it learns from the orchestrator.
+        options: of its command line, besides.
+    """
+    command = (*_agent("train", TRAINING, run, workers, sockets), *options)
+    return Launch(name=TRAINING, role=Role.AGENT, command=command)
 
 
-def evaluation_launch(run: Path, workers: Sequence[Launch], sockets: Path, evaluate: Evaluate) -> Launch:
-    """The agent that flies the evaluation of the run directory `run`."""
-    command = _agent("evaluate", EVALUATION, run, workers, sockets) + _repeated("--policy", evaluate.policies)
+def evaluation_launch(
+    run: Path, workers: Sequence[Launch], sockets: Path, evaluate: Evaluate, options: Sequence[str] = ()
+) -> Launch:
+    """The agent that flies the evaluation of the run directory `run`; arguments as of `training_launch`."""
+    command = (*_agent("evaluate", EVALUATION, run, workers, sockets), *options)
+    command += _repeated("--policy", evaluate.policies)
     if evaluate.episodes is not None:
         command += ("--episodes", str(evaluate.episodes))
     return Launch(name=EVALUATION, role=Role.AGENT, command=command)

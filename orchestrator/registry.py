@@ -4,14 +4,14 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Generator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
+from typing import Protocol
 
 from msgspec import Struct
 
-from protocol.client import Client
-from protocol.errors import CallFailed
-from protocol.messages import Drain, Lookup, Register, Registered, Role, WorkerRecord, Workers
+from protocol.messages import Lookup, Register, Registered, Role, WorkerRecord, Workers
 from protocol.observer import NOBODY, Observer
+from protocol.security import LOCAL_ONLY, Security
 from protocol.server import Handlers, serve
 from protocol.timeouts import Timeouts
 
@@ -33,10 +33,17 @@ class Registry:
 
     Args:
         liveness: seconds after which a process that did not register again is no longer listed.
+        beyond: who of a role is in another table, which is told after our own.
     """
 
-    def __init__(self, liveness: float, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        liveness: float,
+        clock: Callable[[], float] = time.monotonic,
+        beyond: Callable[[Role], tuple[WorkerRecord, ...]] = lambda _: (),
+    ) -> None:
         self._liveness = liveness
+        self._beyond = beyond
         self._clock = clock
         self._lock = threading.Lock()
         self._entries: dict[str, Entry] = {}
@@ -53,12 +60,16 @@ class Registry:
         return Registered()
 
     def lookup(self, request: Lookup) -> Workers:
-        """The processes of a role: of those at one address, the one that came last."""
+        """The processes of a role, here and beyond."""
+        here = tuple(record for record in self.records() if record.role is request.role)
+        return Workers(workers=(*here, *self._beyond(request.role)))
+
+    def records(self) -> tuple[WorkerRecord, ...]:
+        """Everybody who registered here: of those at one address, the one that came last."""
         with self._lock:
             self._drop_silent(self._clock())
             entries = sorted(self._entries.values(), key=lambda entry: entry.first)
-        newest = {entry.record.address or entry.record.name: entry.record for entry in entries}
-        return Workers(workers=tuple(record for record in newest.values() if record.role is request.role))
+        return tuple({entry.record.address or entry.record.name: entry.record for entry in entries}.values())
 
     def heard(self, name: str, pid: int) -> float | None:
         """When the process of this name and number last registered; None where it did not."""
@@ -87,16 +98,52 @@ class Registry:
         }
 
 
+class Table(Protocol):
+    """What is served as a registry."""
+
+    def handlers(self) -> Handlers:
+        """Which request is answered how."""
+        ...
+
+
+class _End:
+    """Ends what is served in another thread, also if it is only about to begin."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._drain: Callable[[], None] = lambda: None
+        self.is_due = False
+
+    def take(self, drain: Callable[[], None]) -> None:
+        """This ends what is served now."""
+        with self._lock:
+            self._drain = drain
+            if self.is_due:
+                drain()
+
+    def __call__(self) -> None:
+        with self._lock:
+            self.is_due = True
+            self._drain()
+
+
 @contextmanager
 def serve_registry(
-    registry: Registry, address: str, timeouts: Timeouts, observer: Observer = NOBODY
-) -> Generator[None]:
+    registry: Table,
+    address: str,
+    timeouts: Timeouts,
+    observer: Observer = NOBODY,
+    security: Security = LOCAL_ONLY,
+) -> Generator[Callable[[], None]]:
     """Answer for a registry at an address, in a thread of its own, watched by `observer`.
+
+    Gives what raises the error that has ended it since, if one has.
 
     Raises:
         AddressUnavailable: the address can't be served.
+        NotPermitted: other machines can reach it, and there is no key.
     """
-    bound, over = threading.Event(), threading.Event()
+    bound, end = threading.Event(), _End()
     failure: list[Exception] = []
 
     def start() -> Handlers:
@@ -106,34 +153,33 @@ def serve_registry(
     def run() -> None:
         try:
             # Anybody who may call may also ask it to drain; but the processes of a run must not become orphans of that.
-            while not over.is_set():
+            while not end.is_due:
                 serve(
                     start,
                     role=Role.ORCHESTRATOR,
                     bind=address,
                     computes=False,
                     timeouts=timeouts,
+                    security=security,
                     observer=observer,
+                    hand_over=end.take,
                 )
         except Exception as error:
-            _log.exception("the registry has failed")
             failure.append(error)
+            if bound.is_set():
+                _log.exception("the registry has failed")
             bound.set()
+
+    def check() -> None:
+        if failure:
+            raise failure[0]
 
     thread = threading.Thread(target=run, name="registry", daemon=True)
     thread.start()
     bound.wait()
-    if failure:
-        raise failure[0]
+    check()
     try:
-        yield
+        yield check
     finally:
-        over.set()
-        _end(thread, address, timeouts)
-
-
-def _end(thread: threading.Thread, address: str, timeouts: Timeouts) -> None:
-    if thread.is_alive():
-        with suppress(CallFailed), Client(address, role=Role.ORCHESTRATOR, timeouts=timeouts) as client:
-            client.call(Drain(), deadline=STOP_PATIENCE)
-    thread.join(STOP_PATIENCE)
+        end()
+        thread.join(STOP_PATIENCE)

@@ -24,6 +24,7 @@ from orchestrator.restart import Restart
 from orchestrator.versions import Versions
 from protocol.artifact import whole_file
 from protocol.config import RunConfig, load_config
+from protocol.errors import InvalidInput
 from protocol.messages import Role
 from protocol.records import Evaluation, Progress, Summary
 
@@ -102,6 +103,21 @@ class RunDirectory(Struct, frozen=True):
         run = cls(path)
         if not run.config_path.is_file():
             raise NoSuchRun(f"{path} is no run directory (it has no config.toml)")
+        return run
+
+    @classmethod
+    def open_for(cls, path: Path, config: RunConfig) -> "RunDirectory":
+        """Take up a run that was made with this configuration; errors as `open`.
+
+        Raises:
+            InvalidInput: it was made with another.
+        """
+        run = cls.open(path)
+        if run.config() != config:
+            raise InvalidInput(
+                f"{path} was made with another configuration, and a run is never changed: go on with it as it is by "
+                f"'orchestrator resume {path}', or choose another with --run"
+            )
         return run
 
     @property

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from orchestrator.elsewhere import NOBODY_ELSEWHERE, Elsewhere
 from orchestrator.errors import Interrupted
 from orchestrator.fleet import Fleet
 from orchestrator.launch import Launch
@@ -13,6 +14,7 @@ from orchestrator.log_warnings import LogWarnings
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervisor import Supervisor
 from orchestrator.ward import IsDone
+from protocol.errors import DeadlineExceeded
 from protocol.records import Progress
 
 LOOK = 0.05
@@ -27,6 +29,7 @@ class Session:
     Args:
         progress: how far the agent is; None before its first word.
         log: the orchestrator's own, whose warnings are shown as well.
+        elsewhere: who works for the run and is none of the supervisor's.
     """
 
     def __init__(
@@ -37,6 +40,7 @@ class Session:
         stop: StopRequest,
         progress: Callable[[], Progress | None] = lambda: None,
         log: Path | None = None,
+        elsewhere: Elsewhere = NOBODY_ELSEWHERE,
         clock: Callable[[], float] = time.monotonic,
         wall_clock: Callable[[], float] = time.time,
     ) -> None:
@@ -45,6 +49,7 @@ class Session:
         self._display = display
         self._stop = stop
         self._progress = progress
+        self._elsewhere = elsewhere
         self._clock = clock
         self._wall_clock = wall_clock
         self._began = clock()
@@ -73,6 +78,23 @@ class Session:
             self._show(f"waiting for {', '.join(waiting)}")
             self._stop.nap(LOOK)
 
+    def wait_for_others(self, startup: float) -> None:
+        """Wait until those who are elsewhere can work, `startup` seconds in all.
+
+        Raises:
+            DeadlineExceeded: they could not.
+            NotPermitted, VersionMismatch, WrongRole: they won't work with us.
+            ProcessFailed, Interrupted: as `start_workers`.
+        """
+        deadline = self._clock() + startup
+        while waiting := self._elsewhere.waits_for():
+            if self._clock() >= deadline:
+                raise DeadlineExceeded(f"waited {startup:g} s (timeouts.startup) in vain for {waiting}{self._others()}")
+            self._stop.check()
+            self._supervisor.look()
+            self._show(f"waiting for {waiting}")
+            self._stop.nap(LOOK)
+
     def run(self, launch: Launch, activity: str, is_done: IsDone) -> None:
         """Have an agent work until its work is done; it may have been started before.
 
@@ -88,6 +110,7 @@ class Session:
                 self._show(f"stopping {launch.name}", at_once=True)
                 self._fleet.stop_agents()
                 raise Interrupted(f"{activity} was stopped on request")
+            self._elsewhere.check()
             self._supervisor.look()
             self._show(activity)
             self._stop.nap(LOOK)
@@ -103,10 +126,14 @@ class Session:
                 activity=activity,
                 elapsed=self._clock() - self._began,
                 progress=self._news(),
-                workers=tuple(self._supervisor.health()),
+                workers=(*self._elsewhere.health(), *self._supervisor.health()),
                 warning=self._warnings.last(),
             )
         )
+
+    def _others(self) -> str:
+        there = ", ".join(f"{one.name} is {one.state}" for one in self._elsewhere.health())
+        return f" ({there})" if there else ""
 
     def _news(self) -> Progress | None:
         """How far the present activity is; what an earlier one said last is no news."""

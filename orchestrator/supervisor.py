@@ -24,6 +24,7 @@ from orchestrator.worker_process import WorkerProcess
 from protocol.config import SupervisionConfig
 from protocol.errors import DeadlineExceeded
 from protocol.exit_code import ExitCode
+from protocol.messages import Role
 from protocol.records import Progress
 from protocol.timeouts import Timeouts
 
@@ -39,6 +40,7 @@ class Supervisor:
         left_behind: processes to take up instead of starting others.
         past: restarts of earlier orchestrators of the run; they are counted, and charged to nobody.
         on_restart: told of each restart.
+        lacks: whether nobody of a role can work elsewhere whom our processes need.
     """
 
     def __init__(
@@ -52,6 +54,7 @@ class Supervisor:
         left_behind: LeftBehind | None = None,
         past: Sequence[Restart] = (),
         on_restart: Callable[[Restart], None] = lambda _: None,
+        lacks: Callable[[Role], bool] = lambda _: False,
         clock: Callable[[], float] = time.monotonic,
         wall_clock: Callable[[], float] = time.time,
     ) -> None:
@@ -63,6 +66,7 @@ class Supervisor:
         self._left_behind = left_behind or nobody()
         self._past = count_restarts(past)
         self._on_restart = on_restart
+        self._lacks = lacks
         self._clock = clock
         self._wall_clock = wall_clock
         self._wards: dict[str, Ward] = {}
@@ -177,7 +181,8 @@ class Supervisor:
 
     def _waits(self, ward: Ward) -> bool:
         roles = DEPENDS_ON.get(ward.launch.role, frozenset())
-        return any(other.launch.role in roles and not other.is_ready for other in self._wards.values())
+        others = (other for other in self._wards.values() if other.launch.role in roles)
+        return any(map(self._lacks, roles)) or not all(other.is_ready for other in others)
 
     def _take_end(self, ward: Ward, life: Life) -> None:
         life.pulse.close()

@@ -18,6 +18,7 @@ from protocol.telemetry.endpoint import Endpoint
 from protocol.telemetry.info import About, Info, info
 from protocol.telemetry.process import needs_libraries, process_telemetry
 from protocol.telemetry.readiness import Wait, waits_for_any
+from protocol.telemetry.worker import WatchedWorker
 
 STALE = 5.0
 """Seconds without a look at the processes, after which nobody knows how they are."""
@@ -81,6 +82,19 @@ class WatchedRun:
         return info(self._about, incarnation="" if pong is None else pong.incarnation, calls={})
 
 
+class LastShown:
+    """Passes on what is shown, and keeps the last of it."""
+
+    def __init__(self, display: Display) -> None:
+        self.snapshot: Snapshot | None = None
+        self._display = display
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Keep it, and show it."""
+        self.snapshot = snapshot
+        self._display.show(snapshot)
+
+
 class Watch(Struct, frozen=True, eq=False):
     """Whom a run is to be shown to, and who is to watch its registry."""
 
@@ -121,3 +135,21 @@ def run_telemetry(at: Endpoint | None, run: str, display: Display) -> Generator[
         registry.register(WorkerCollector(watched.pong))
         watched.count = RequestMetrics(registry).count
         yield Watch(watched, watched)
+
+
+@contextmanager
+def host_telemetry(at: Endpoint | None, bind: str, display: Display) -> Generator[Watch]:
+    """As `run_telemetry`, for a host: it is ready as soon as it serves, whoever is there."""
+    if at is None:
+        yield Watch(display)
+        return
+    with needs_libraries():
+        from orchestrator.metrics import RunCollector
+        from protocol.telemetry.metrics import RequestMetrics, WorkerCollector
+    about = About(role=Role.ORCHESTRATOR, name="host", serves=(bind,))
+    watched, shown = WatchedWorker(about, {}), LastShown(display)
+    with process_telemetry(at, watched, {}) as registry:
+        registry.register(RunCollector(lambda: shown.snapshot))
+        registry.register(WorkerCollector(watched.pong))
+        watched.count = RequestMetrics(registry).count
+        yield Watch(shown, watched)

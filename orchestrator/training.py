@@ -1,18 +1,21 @@
 """The main job: a fleet of workers and an agent that trains on what they see, then flies its evaluation.
 
 A run is always brought to its end from wherever it stands: a new one from nothing, one whose orchestrator was killed
-from the processes and files that it left.
+from the processes and files that it left. Where it joins a host, the agent is the only process that is started here.
 """
 
 import logging
+import time
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from msgspec import Struct
 
+from orchestrator.elsewhere import NOBODY_ELSEWHERE
 from orchestrator.errors import RunBusy
 from orchestrator.fleet import AGENT_PATIENCE, WORKER_PATIENCE, Fleet, end_processes
+from orchestrator.joining import Join, JoinedHost, dismiss
 from orchestrator.launch import (
     TRAINING,
     Evaluate,
@@ -23,7 +26,7 @@ from orchestrator.launch import (
     worker_launches,
 )
 from orchestrator.left_behind import Found, LeftBehind
-from orchestrator.live_display import Display
+from orchestrator.live_display import Display, Snapshot
 from orchestrator.registry import Registry, serve_registry
 from orchestrator.run_directory import RunDirectory
 from orchestrator.run_log import run_log
@@ -50,11 +53,16 @@ class Job(Struct, frozen=True, eq=False):
 
 
 class Cast(Struct, frozen=True, eq=False):
-    """Every process that a run may need, as it is started, and what is to be done now."""
+    """Every process that a run may need, as it is started, and what is to be done now.
+
+    Attributes:
+        join: the host whose workers are worked with, in the place of our own.
+    """
 
     workers: tuple[Launch, ...]
     agents: tuple[Launch, ...]
     jobs: tuple[Job, ...]
+    join: Join | None = None
 
     def adoptable(self) -> set[str]:
         """The names of those that are needed now.
@@ -66,33 +74,42 @@ class Cast(Struct, frozen=True, eq=False):
         )
 
 
-def train(run: RunDirectory, *, watch: Watch, stop: StopRequest) -> None:
+def train(run: RunDirectory, *, watch: Watch, stop: StopRequest, join: Join | None = None) -> None:
     """Train on a new run, and fly its evaluation with the same workers if it is to have one.
+
+    Args:
+        join: a host whose workers are to be worked with; without one, they are started here.
 
     Raises:
         ProcessFailed: a process ended that can't work, or ended too often.
         DeadlineExceeded: the workers were not ready in time.
         Interrupted: somebody asked to stop; the agent wrote what it had learned, if it had begun.
+        NotPermitted, VersionMismatch, WrongRole: the host won't work with us.
+        HostLost: it is gone for too long.
+        HostNotTold: all is done, and it does not know.
     """
     with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
-        cast = _cast_to_finish(run, sockets)
+        cast = _cast_to_finish(run, sockets, join)
         # Who serves at our sockets now was started on another run of this path, and has loaded what that was told.
         left_behind = LeftBehind((), (*cast.workers, *cast.agents), ())
-        with _telling_how_to_go_on(run):
+        with _telling_how_to_go_on(run, join):
             _perform(run, sockets, cast, left_behind, watch, stop)
+        _dismiss(run, join, watch.display, stop)
 
 
-def resume(run: RunDirectory, *, watch: Watch, stop: StopRequest) -> None:
+def resume(run: RunDirectory, *, watch: Watch, stop: StopRequest, join: Join | None = None) -> None:
     """Bring a run to its end from wherever it stands; nothing is done where it is there already.
 
     Raises:
         RunBusy: an orchestrator works on it.
-        ProcessFailed, DeadlineExceeded, Interrupted: as `train` does.
+        Others: as `train` does.
     """
     with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
-        cast = _cast_to_finish(run, sockets)
-        with _telling_how_to_go_on(run):
+        cast = _cast_to_finish(run, sockets, join)
+        with _telling_how_to_go_on(run, join):
             _perform(run, sockets, cast, _left_behind(run, cast), watch, stop)
+        # Also where nothing was left to do: whoever did it may have been killed before it could say so.
+        _dismiss(run, join, watch.display, stop)
 
 
 def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopRequest) -> None:
@@ -103,7 +120,7 @@ def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopR
         ProcessFailed, DeadlineExceeded, Interrupted: as `train` does.
     """
     with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
-        workers, training = _workers_and_training(run, sockets)
+        workers, training = _workers_and_training(run, sockets, None)
         evaluation = evaluation_launch(run.path, workers, sockets, what)
         cast = Cast(workers, (training, evaluation), (Job(evaluation, "evaluation", run.is_evaluated),))
         left_behind = _left_behind(run, cast)
@@ -113,19 +130,21 @@ def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopR
         _perform(run, sockets, cast, left_behind, Watch(display), stop)
 
 
-def _cast_to_finish(run: RunDirectory, sockets: Path) -> Cast:
+def _cast_to_finish(run: RunDirectory, sockets: Path, join: Join | None) -> Cast:
     """What it takes to bring a run to its end."""
-    workers, training = _workers_and_training(run, sockets)
-    evaluation = evaluation_launch(run.path, workers, sockets, Evaluate())
+    workers, training = _workers_and_training(run, sockets, join)
+    evaluation = evaluation_launch(run.path, workers, sockets, Evaluate(), join.options if join else ())
     jobs: list[Job] = []
     if not run.is_trained():
         jobs.append(Job(training, "training", lambda _: run.is_trained()))
     if run.plan().evaluate and not (run.is_trained() and run.is_evaluated()):
         jobs.append(Job(evaluation, "evaluation", run.is_evaluated))
-    return Cast(workers, (training, evaluation), tuple(jobs))
+    return Cast(workers, (training, evaluation), tuple(jobs), join)
 
 
-def _workers_and_training(run: RunDirectory, sockets: Path) -> tuple[tuple[Launch, ...], Launch]:
+def _workers_and_training(run: RunDirectory, sockets: Path, join: Join | None) -> tuple[tuple[Launch, ...], Launch]:
+    if join is not None:
+        return (), training_launch(run.path, (), sockets, join.options)
     workers = worker_launches(run.config(), run.config_path, sockets)
     return workers, training_launch(run.path, workers, sockets)
 
@@ -135,11 +154,12 @@ def _left_behind(run: RunDirectory, cast: Cast) -> LeftBehind:
 
 
 @contextmanager
-def _telling_how_to_go_on(run: RunDirectory) -> Generator[None]:
+def _telling_how_to_go_on(run: RunDirectory, join: Join | None) -> Generator[None]:
     try:
         yield
     except VantageError as error:
-        error.add_note(f"go on with the run by 'orchestrator resume {run.path}'")
+        joining = f" --join {join.address}" if join else ""
+        error.add_note(f"go on with the run by 'orchestrator resume {run.path}{joining}'")
         raise
 
 
@@ -150,39 +170,60 @@ def _perform(
     _end(left_behind, run.logs, stop)
     if not cast.jobs:
         return
-    with _crew(run, sockets, left_behind, watch, stop) as session:
+    with _crew(run, sockets, cast.join, left_behind, watch, stop) as session:
         first = cast.jobs[0]
         if left_behind.has(first.launch):
             # Before anything can go wrong or be stopped: whoever is in care is brought to its end with the others.
             session.start(first.launch, first.is_done)
         session.start_workers(cast.workers)
+        session.wait_for_others(run.config().timeouts.startup)
         for job in cast.jobs:
             session.run(job.launch, job.activity, job.is_done)
 
 
 @contextmanager
 def _crew(
-    run: RunDirectory, sockets: Path, left_behind: LeftBehind, watch: Watch, stop: StopRequest
+    run: RunDirectory,
+    sockets: Path,
+    join: Join | None,
+    left_behind: LeftBehind,
+    watch: Watch,
+    stop: StopRequest,
 ) -> Generator[Session]:
     """A session on the run; no process of it is left when this ends."""
     config = run.config()
     timeouts = Timeouts.from_config(config.timeouts)
-    registry = Registry(timeouts.liveness)
-    with (
-        serve_registry(registry, registry_address(sockets), timeouts, watch.registry),
-        Fleet(run.logs, stop, run.write_processes) as fleet,
-        Supervisor(
-            fleet,
-            config.supervision,
-            timeouts,
-            registry=registry,
-            progress=run.progress,
-            left_behind=left_behind,
-            past=run.restarts(),
-            on_restart=run.note_restart,
-        ) as supervisor,
-    ):
-        yield Session(fleet, supervisor, watch.display, stop, run.progress, run.orchestrator_log)
+    with ExitStack() as held:
+        elsewhere = NOBODY_ELSEWHERE if join is None else held.enter_context(JoinedHost(join, run.name, timeouts))
+        registry = Registry(timeouts.liveness, beyond=elsewhere.lookup)
+        held.enter_context(serve_registry(registry, registry_address(sockets), timeouts, watch.registry))
+        fleet = held.enter_context(Fleet(run.logs, stop, run.write_processes))
+        supervisor = held.enter_context(
+            Supervisor(
+                fleet,
+                config.supervision,
+                timeouts,
+                registry=registry,
+                progress=run.progress,
+                left_behind=left_behind,
+                past=run.restarts(),
+                on_restart=run.note_restart,
+                lacks=elsewhere.lacks,
+            )
+        )
+        yield Session(fleet, supervisor, watch.display, stop, run.progress, run.orchestrator_log, elsewhere)
+
+
+def _dismiss(run: RunDirectory, join: Join | None, display: Display, stop: StopRequest) -> None:
+    """Let the host know that the run is done, if it has joined one."""
+    if join is None:
+        return
+    began = time.monotonic()
+
+    def show(activity: str) -> None:
+        display.show(Snapshot(activity=activity, elapsed=time.monotonic() - began))
+
+    dismiss(join, Timeouts.from_config(run.config().timeouts), show, stop)
 
 
 def _end(left_behind: LeftBehind, logs: Path, stop: StopRequest) -> None:

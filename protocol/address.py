@@ -11,7 +11,7 @@ from protocol.errors import AddressUnavailable
 LONGEST_IPC_PATH = 103
 """Bytes; macOS takes the fewest, Linux 107."""
 
-_TCP = re.compile(r"tcp://(?:\[[0-9A-Fa-f:.%]+\]|[A-Za-z0-9._*-]+):(?P<port>\d{1,5}|\*)")
+_TCP = re.compile(r"tcp://(?P<host>\[[0-9A-Fa-f:.%]+\]|[A-Za-z0-9._*-]+):(?P<port>\d{1,5}|\*)")
 
 
 _EVERY_INTERFACE = re.compile(r"tcp://(?:\*|0\.0\.0\.0|\[::\]):(?P<port>\d{1,5})")
@@ -34,6 +34,12 @@ def check_address(address: str) -> str:
 def ipc_path(address: str) -> Path | None:
     """The socket's file, for an address within this machine."""
     return Path(address.removeprefix("ipc://")) if address.startswith("ipc://") else None
+
+
+def host_of(address: str) -> str:
+    """The machine's name or number in an address; empty for one within this machine."""
+    match = _TCP.fullmatch(address)
+    return "" if match is None else match["host"].strip("[]")
 
 
 def reachable(bind: str, host: str) -> str:

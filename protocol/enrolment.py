@@ -1,6 +1,6 @@
-"""How a worker is a member: registered while it serves, on its way out once it is an orphan.
+"""How a worker is a member: registered while it serves, on its way out once it is an orphan or the run is over.
 
-An orphan drains as after SIGTERM. One that can't, since a handler of it hangs, is ended all the same.
+It drains as after SIGTERM. One that can't, since a handler of it hangs, is ended all the same.
 """
 
 import argparse
@@ -56,7 +56,7 @@ def enrolment_of(options: argparse.Namespace) -> Enrolment | None:
 def enrolled(
     enrolment: Enrolment, listener: Listener, bind: str, timeouts: Timeouts, security: Security = LOCAL_ONLY
 ) -> Generator[None]:
-    """Register a worker that is served from the calling thread, and have it end once it is an orphan."""
+    """Register a worker that is served from the calling thread, and have it end when that is due."""
     address = enrolment.advertised or reachable(bind, socket.gethostname())
     credentials = security.credentials_for(bind)
     key = credentials.own.public if credentials else ""
@@ -76,7 +76,12 @@ def enrolled(
         end = _end_of(listener, held, timeouts)
         patience = replace(timeouts, grace=_AFTER_THE_AGENT * timeouts.grace)
         membership = Membership(
-            enrolment.orchestrator, describe=describe, on_orphaned=end, timeouts=patience, security=security
+            enrolment.orchestrator,
+            describe=describe,
+            on_orphaned=end,
+            on_over=end,
+            timeouts=patience,
+            security=security,
         )
         held.enter_context(membership)
         for role, pool in enrolment.follows.items():
@@ -102,5 +107,5 @@ def _end_of(listener: Listener, held: ExitStack, timeouts: Timeouts) -> Callable
 
 
 def _give_up() -> None:
-    _log.error("an orphan with a handler that hangs; ending without it")
+    _log.error("a handler hangs; ending without it")
     os._exit(ExitCode.FAILED)

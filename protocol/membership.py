@@ -1,7 +1,8 @@
-"""A process' standing with the orchestrator: it says how it is, learns who else is there, and notices when it is alone.
+"""A process' standing with the orchestrator: it says how it is, learns who else is there, and when it is to end.
 
 Register goes out at once and then with every heartbeat. An orchestrator that dies is missed, one that is started again
 at the same address finds us with the next beat, and after `timeouts.grace` without any, this process is an orphan.
+The other way to end is to be told so: by a `Registered` that says that all is over.
 """
 
 import logging
@@ -9,11 +10,11 @@ import threading
 import time
 from collections.abc import Callable
 from types import TracebackType
-from typing import Self
+from typing import NamedTuple, Self
 
 from protocol.client import Client
 from protocol.errors import AddressUnavailable, NotPermitted, VantageError
-from protocol.messages import Lookup, Register, Role, WorkerRecord
+from protocol.messages import Lookup, Register, Registered, Role, WorkerRecord
 from protocol.pool import Pool
 from protocol.security import LOCAL_ONLY, Security
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
@@ -22,6 +23,20 @@ _log = logging.getLogger(__name__)
 
 _LONGEST_GOODBYE = 1.0
 """Seconds that `close` waits for our thread, which may be inside a callback; a process' end waits no longer."""
+
+
+class Contact(NamedTuple):
+    """What the last beat came to.
+
+    Attributes:
+        ever: whether the orchestrator has answered any beat.
+        silence: seconds without an answer when the last beat began, which came to nothing as well; 0 where it did not.
+        trouble: why it came to nothing.
+    """
+
+    ever: bool = False
+    silence: float = 0.0
+    trouble: Exception | None = None
 
 
 class _Following:
@@ -59,6 +74,8 @@ class Membership:
         describe: how this process is now; called in our thread, with every beat.
         on_orphaned: called in our thread, once, when no orchestrator answered for `timeouts.grace`. It should only ask
             for the end, and return.
+        on_over: called likewise when the orchestrator says that the run is over; without it, that is not heeded. We go
+            on telling how this process is until `close`, and do not take it for an orphan any more.
 
     Raises:
         AddressUnavailable: `orchestrator` is no address.
@@ -71,6 +88,7 @@ class Membership:
         *,
         describe: Callable[[], WorkerRecord],
         on_orphaned: Callable[[], None],
+        on_over: Callable[[], None] | None = None,
         timeouts: Timeouts = DEFAULT_TIMEOUTS,
         security: Security = LOCAL_ONLY,
         clock: Callable[[], float] = time.monotonic,
@@ -78,6 +96,7 @@ class Membership:
         self._orchestrator = orchestrator
         self._describe = describe
         self._on_orphaned = on_orphaned
+        self._on_over = on_over
         self._timeouts = timeouts
         self._clock = clock
         self._client = Client(
@@ -85,6 +104,8 @@ class Membership:
         )
         self._answered = clock()
         self._missing = False
+        self._contact = Contact()
+        self._told_to_end = False
         self._table: dict[Role, tuple[WorkerRecord, ...]] = {}
         self._wanted: set[Role] = set()
         self._followings: list[_Following] = []
@@ -98,6 +119,11 @@ class Membership:
         """Who serves a role, as the orchestrator said last; empty before its first word about that role."""
         self._want(role)
         return self._table.get(role, ())
+
+    @property
+    def contact(self) -> Contact:
+        """How we stand with the orchestrator."""
+        return self._contact
 
     def follow(self, pool: Pool, role: Role) -> None:
         """Keep the pool's addresses as the orchestrator's table has them, from its next word on.
@@ -143,27 +169,34 @@ class Membership:
         silent = self._clock() - self._answered
         try:
             patience = min(self._timeouts.liveness, max(self._timeouts.heartbeat, self._timeouts.grace - silent))
-            self._client.call(Register(worker=self._describe()), deadline=patience)
+            reply = self._client.call(Register(worker=self._describe()), deadline=patience)
         except Exception as error:
             # Whatever it is: a thread that ends here would leave a process that nobody ever ends.
             if not self._over.is_set():
                 self._miss(error, was_silent=silent)
         else:
-            self._hear()
+            self._hear(reply)
             self._learn()
 
-    def _hear(self) -> None:
+    def _hear(self, reply: Registered) -> None:
         self._answered = self._clock()
+        self._contact = Contact(ever=True)
         if self._missing:
             _log.info("the orchestrator at %s answers again", self._orchestrator)
         self._missing = False
+        if reply.over and self._on_over is not None and not self._told_to_end:
+            self._told_to_end = True
+            _log.info("the run is over, says the orchestrator at %s; ending", self._orchestrator)
+            self._tell(self._on_over)
 
     def _miss(self, error: Exception, *, was_silent: float) -> None:
-        if not self._missing:
+        self._contact = Contact(self._contact.ever, was_silent, error)
+        # Who was told to end has nothing to miss: whoever told it ends as well.
+        if not self._missing and not self._told_to_end:
             _log.warning("going on without the orchestrator: %s", error)
         self._missing = True
         # By the silence before this beat: where it was this process that stood still, one more try is due.
-        if was_silent >= self._timeouts.grace:
+        if was_silent >= self._timeouts.grace and not self._told_to_end:
             self._become_orphan()
 
     def _learn(self) -> None:
@@ -181,7 +214,10 @@ class Membership:
     def _become_orphan(self) -> None:
         _log.warning("no orchestrator at %s for %.3g s; ending", self._orchestrator, self._timeouts.grace)
         self._over.set()
+        self._tell(self._on_orphaned)
+
+    def _tell(self, callback: Callable[[], None]) -> None:
         try:
-            self._on_orphaned()
+            callback()
         except Exception:
-            _log.exception("this process could not be told that it is an orphan")
+            _log.exception("this process could not be told to end")

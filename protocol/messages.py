@@ -151,8 +151,14 @@ class WorkerRecord(Struct, frozen=True, kw_only=True):
     key: str = ""
 
 
-class Registered(Reply, frozen=True, eq=False):
-    """The worker is in the orchestrator's table."""
+class Registered(Reply, frozen=True, eq=False, kw_only=True):
+    """The worker is in the orchestrator's table.
+
+    Attributes:
+        over: whatever it was there for is done; it is to finish what is in hand and end.
+    """
+
+    over: bool = False
 
 
 class Register(Request[Registered], frozen=True, eq=False, kw_only=True):
@@ -171,6 +177,20 @@ class Lookup(Request[Workers], frozen=True, eq=False, kw_only=True):
     """Who serves a role, and where."""
 
     role: Role
+
+
+class Dismissed(Reply, frozen=True, eq=False):
+    """The orchestrator waits for this run no more."""
+
+
+class Dismiss(Request[Dismissed], frozen=True, eq=False, kw_only=True):
+    """A run is done, and needs no workers any more.
+
+    Attributes:
+        incarnation: the one under which the run's process registered.
+    """
+
+    incarnation: str
 
 
 class Failure(Reply, frozen=True, eq=False, kw_only=True):
@@ -199,6 +219,8 @@ MESSAGE_NUMBERS: dict[type[Request[Any]] | type[Reply], int] = {
     Lookup: 9,
     Workers: 10,
     Failure: 11,
+    Dismiss: 12,
+    Dismissed: 13,
     SampleScene: 16,
     Sampled: 17,
     Render: 18,

@@ -58,6 +58,7 @@ def serve(
     security: Security = LOCAL_ONLY,
     observer: Observer = NOBODY,
     calls: Mapping[Role, Pool] | None = None,
+    hand_over: Callable[[Callable[[], None]], None] = lambda drain: None,
 ) -> None:
     """Serve until SIGTERM, SIGINT, `Drain` or the orchestrator's end, then finish what is in hand and return.
 
@@ -74,6 +75,7 @@ def serve(
             machine.
         observer: told of the worker, and of each request that is over.
         calls: the workers that handlers call, by role; they are watched, and clients are told where none is at work.
+        hand_over: given what drains the worker, which may be called from any thread, before it answers anybody.
 
     Raises:
         AddressUnavailable: `bind` is in use or can't be served, or the orchestrator's address is none.
@@ -98,6 +100,7 @@ def serve(
         for pool in (calls or {}).values():
             pool.watch()
         _log.info("%s listens at %s", role, bind, extra={"incarnation": listener.incarnation})
+        hand_over(listener.drain)
         enrolling = nullcontext() if membership is None else enrolled(membership, listener, bind, timeouts, security)
         with _drain_by_signal(listener):
             load = partial(_load_low, start) if computes else start

@@ -111,7 +111,8 @@ def bind_router(
         router.bind(address)
     except zmq.ZMQError as error:
         router.close()
-        raise AddressUnavailable(f"{address} can't be served: {error.strerror}") from error
+        hint = "; end who serves there, or choose another address" if error.errno == zmq.EADDRINUSE else ""
+        raise AddressUnavailable(f"{address} can't be served: {error.strerror}{hint}") from error
     return router
 
 

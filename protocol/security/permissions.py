@@ -1,6 +1,6 @@
 """What the holder of a key may ask for."""
 
-from protocol.messages import Drain, Hello, Register, Role
+from protocol.messages import Dismiss, Drain, Hello, Register, Role
 
 MAY_CALL: dict[Role, frozenset[Role]] = {
     Role.RENDER: frozenset({Role.PERCEPTION, Role.AGENT, Role.ORCHESTRATOR}),
@@ -9,6 +9,8 @@ MAY_CALL: dict[Role, frozenset[Role]] = {
     Role.ORCHESTRATOR: frozenset(Role),
 }
 """Whose calls each role answers."""
+
+_MAY_DISMISS = frozenset({Role.AGENT, Role.ORCHESTRATOR})
 
 
 def objection(message: object, sender: Role) -> str | None:
@@ -20,5 +22,7 @@ def objection(message: object, sender: Role) -> str | None:
             return f"a key of the role {sender} can't register a {message.worker.role} process"
         case Drain() if sender is not Role.ORCHESTRATOR:
             return f"only an orchestrator may drain a worker, not a key of the role {sender}"
+        case Dismiss() if sender not in _MAY_DISMISS:
+            return f"only an agent or an orchestrator may dismiss workers, not a key of the role {sender}"
         case _:
             return None

@@ -26,6 +26,15 @@ class Security(NamedTuple):
     credentials: Credentials | None = None
     insecure: bool = False
 
+    def require_role(self, role: Role) -> None:
+        """Raise `NotPermitted` if there is a key, and it is none of this role."""
+        if self.credentials is not None and self.credentials.own.role is not role:
+            own = self.credentials.own
+            raise NotPermitted(
+                f"the key {own.name!r} is of the role {own.role}, and this process is an {role}; "
+                f"'orchestrator keys new NAME --role {role}' makes one"
+            )
+
     def credentials_for(self, address: str) -> Credentials | None:
         """What a socket at an address is to use: keys on every `tcp://` one where there are any, none on `ipc://`.
 

@@ -8,6 +8,8 @@ from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.catalogue import Message
 from protocol.frame import Frame
 from protocol.messages import (
+    Dismiss,
+    Dismissed,
     Drain,
     Drained,
     Failure,
@@ -124,10 +126,12 @@ def samples() -> tuple[Message, ...]:
         Drain(),
         Drained(),
         Register(worker=RECORD),
-        Registered(),
+        Registered(over=True),
         Lookup(role=Role.RENDER),
         Workers(workers=(RECORD,)),
         Failure(code="overloaded", message="64 requests are in hand already", retryable=True),
+        Dismiss(incarnation="0123456789abcdef"),
+        Dismissed(),
         SampleScene(seed=2**40, split="test"),
         Sampled(scene=SCENE),
         Render(scene=SCENE, camera=CAMERA, truth=True),

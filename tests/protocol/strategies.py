@@ -12,6 +12,8 @@ from protocol.frame import Frame
 from protocol.message import Reply, Request
 from protocol.messages import (
     MESSAGE_NUMBERS,
+    Dismiss,
+    Dismissed,
     Drain,
     Drained,
     Failure,
@@ -148,10 +150,12 @@ MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
     Drain: st.builds(Drain),
     Drained: st.builds(Drained),
     Register: st.builds(Register, worker=record),
-    Registered: st.builds(Registered),
+    Registered: st.builds(Registered, over=st.booleans()),
     Lookup: st.builds(Lookup, role=role),
     Workers: st.builds(Workers, workers=st.lists(record, max_size=3).map(tuple)),
     Failure: st.builds(Failure, code=name, message=name, retryable=st.booleans()),
+    Dismiss: st.builds(Dismiss, incarnation=name),
+    Dismissed: st.builds(Dismissed),
     SampleScene: st.builds(SampleScene, seed=whole, split=st.sampled_from(["train", "test"])),
     Sampled: st.builds(Sampled, scene=scene),
     Render: st.builds(Render, scene=scene, camera=camera, truth=st.booleans()),

@@ -1,0 +1,56 @@
+"""What the commands have in common: options, examples, and how they work with a person before them."""
+
+import os
+import sys
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import typer
+from msgspec import Struct
+from rich.console import Console
+
+from orchestrator.live_display import Display, open_display
+from orchestrator.stop_request import StopRequest, stop_on_signals
+from protocol.telemetry.endpoint import Endpoint, endpoint_from, parse_endpoint
+
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout, and nothing else there.")]
+HttpOption = Annotated[
+    str | None,
+    typer.Option(metavar="[HOST:]PORT", help="Where to answer health checks and give metrics.", show_default="nowhere"),
+]
+KeyOption = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="This process' key, to speak between machines.", show_default="VANTAGE_KEY's"),
+]
+AllowedOption = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="The list of allowed keys.", show_default="allowed.json beside the key"),
+]
+InsecureOption = Annotated[
+    bool, typer.Option("--insecure", help="Speak between machines without keys: whoever reaches us may use us.")
+]
+
+
+def examples(*lines: str) -> str:
+    """How a command is called, for its help."""
+    return "Examples:\n\n" + "\n\n".join(f"  {line}" for line in lines)
+
+
+def endpoint(http: str | None) -> Endpoint | None:
+    """What the option `--http` comes to."""
+    return endpoint_from(None if http is None else parse_endpoint(http), None, os.environ)
+
+
+@contextmanager
+def at_work() -> Generator[tuple[Display, StopRequest]]:
+    """Show progress on stderr, and take signals as requests to stop."""
+    with stop_on_signals() as stop, open_display(Console(stderr=True)) as display:
+        yield display, stop
+
+
+def print_json(value: Struct | tuple[Struct, ...]) -> None:
+    """Print values on stdout, for programs."""
+    sys.stdout.write(msgspec.json.format(msgspec.json.encode(value), indent=2).decode() + "\n")
