@@ -111,8 +111,9 @@ def bind_router(
         router.bind(address)
     except zmq.ZMQError as error:
         router.close()
-        hint = "; end who serves there, or choose another address" if error.errno == zmq.EADDRINUSE else ""
-        raise AddressUnavailable(f"{address} can't be served: {error.strerror}{hint}") from error
+        if error.errno == zmq.EADDRINUSE:
+            raise AddressUnavailable(f"{address} is in use; end who serves there or choose another address") from error
+        raise AddressUnavailable(f"{address} can't be served: {error.strerror}") from error
     return router
 
 

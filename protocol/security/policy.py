@@ -31,7 +31,7 @@ class Security(NamedTuple):
         if self.credentials is not None and self.credentials.own.role is not role:
             own = self.credentials.own
             raise NotPermitted(
-                f"the key {own.name!r} is of the role {own.role}, and this process is an {role}; "
+                f"the key {own.name!r} is of the role {own.role}, and this process needs one of the role {role}; "
                 f"'orchestrator keys new NAME --role {role}' makes one"
             )
 

@@ -77,14 +77,16 @@ class Command:
         self.temporary.mkdir()
         self.children: list[subprocess.Popen[str]] = []
 
-    def start(self, *arguments: str, rooms: tuple[str, ...] | None = ()) -> subprocess.Popen[str]:
+    def start(
+        self, *arguments: str, rooms: tuple[str, ...] | None = (), module: str = "orchestrator"
+    ) -> subprocess.Popen[str]:
         """`rooms` are misbehaving stand-ins, the well-behaved ones fill in for the rest; with None, the real ones."""
         environment = os.environ | {"TMPDIR": str(self.temporary), "COLUMNS": "200"}
         if rooms is not None:
             environment["PYTHONPATH"] = os.pathsep.join(str(ROOMS / room) for room in (*rooms, "well_behaved"))
             environment["VANTAGE_CACHE"] = str(self.folder / "cache")
         child = subprocess.Popen(
-            [sys.executable, "-m", "orchestrator", *arguments],
+            [sys.executable, "-m", module, *arguments],
             cwd=self.folder,
             env=environment,
             stdout=subprocess.PIPE,

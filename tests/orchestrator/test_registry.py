@@ -88,6 +88,15 @@ def test_agents_without_an_address_are_told_apart_by_name(registry):
     assert names(registry, Role.AGENT) == ["agent", "evaluation"]
 
 
+def test_who_is_in_a_table_beyond_is_found_after_those_who_registered_here(clock):
+    elsewhere = {Role.RENDER: (worker("render-9", "z", address="tcp://gpu-box:5601"),)}
+    registry = Registry(LIVENESS, clock, lambda role: elsewhere.get(role, ()))
+    registry.register(Register(worker=worker()))
+    assert names(registry) == ["render-0", "render-9"]
+    assert names(registry, Role.PERCEPTION) == []
+    assert [record.name for record in registry.records()] == ["render-0"]
+
+
 def test_a_member_registers_and_learns_of_others_over_the_wire(tmp_path_factory):
     address = f"ipc://{tmp_path_factory.mktemp('s')}/orchestrator"
     timeouts, registry = Timeouts(heartbeat=0.05), Registry(LIVENESS)

@@ -10,6 +10,7 @@ class Registry:
     def __init__(self) -> None:
         self.table: dict[str, WorkerRecord] = {}
         self.beats = 0
+        self.over = False
 
     def handlers(self) -> Handlers:
         """What an orchestrator answers."""
@@ -19,7 +20,7 @@ class Registry:
         """Enter a process."""
         self.beats += 1
         self.table[request.worker.name] = request.worker
-        return Registered()
+        return Registered(over=self.over)
 
     def lookup(self, request: Lookup) -> Workers:
         """Tell of a role."""

@@ -1,4 +1,4 @@
-"""A worker is registered while it serves, and ends by itself once it is an orphan."""
+"""A worker is registered while it serves, and ends by itself once it is an orphan or the run is over."""
 
 import os
 import signal
@@ -107,6 +107,26 @@ def test_an_orphan_answers_what_it_has_in_hand_and_ends(address, orchestrator):
         pending = client.submit(ask(2))
         assert begun.wait(20)
         wait_until(lambda: client.ping().state is State.DRAINING)
+        may_answer.set()
+        assert pending.result().scene.yaw == 2
+        worker.join(20)
+    assert not worker.is_alive()
+
+
+def test_a_worker_that_hears_that_the_run_is_over_answers_what_it_has_in_hand_and_ends(address, orchestrator, registry):
+    begun, may_answer = threading.Event(), threading.Event()
+
+    def sample(request: SampleScene):
+        begun.set()
+        may_answer.wait(20)
+        return scene_for(request.seed)
+
+    worker = serving_thread(address, lambda: {SampleScene: sample}, Enrolment(orchestrator, "render-0"), LONG)
+    with client_of(address) as client:
+        pending = client.submit(ask(2))
+        assert begun.wait(20)
+        registry.over = True
+        wait_until(lambda: registry.table["render-0"].state is State.DRAINING)
         may_answer.set()
         assert pending.result().scene.yaw == 2
         worker.join(20)

@@ -30,6 +30,7 @@ class Member:
     def __init__(self) -> None:
         self.state = State.STARTING
         self.orphaned = threading.Event()
+        self.over: list[int] = []
 
     def describe(self) -> WorkerRecord:
         return record("agent", state=self.state)
@@ -191,6 +192,48 @@ def test_a_process_that_stood_still_itself_is_no_orphan(address, registry, membe
         beats = registry.beats
         wait_until(lambda: registry.beats > beats + 5)
     assert not member.orphaned.is_set()
+
+
+def test_who_is_told_that_the_run_is_over_is_told_once_goes_on_registering_and_is_no_orphan(address, registry, member):
+    with member.join(address, BRIEF, on_over=lambda: member.over.append(1)):
+        wait_until(lambda: registry.beats > 2)
+        assert not member.over
+        registry.over = True
+        wait_until(lambda: member.over)
+        beats = registry.beats
+        wait_until(lambda: registry.beats > beats + 5)
+    assert member.over == [1]
+
+
+def test_who_was_told_to_end_does_not_miss_whoever_told_it(address, member, caplog):
+    kept = Registry()
+    kept.over = True
+    with member.join(address, BRIEF, on_over=lambda: member.over.append(1)) as membership:
+        with serving(address, kept.handlers(), role=Role.ORCHESTRATOR):
+            wait_until(lambda: member.over)
+        wait_until(lambda: membership.contact.silence > 2 * BRIEF.grace)
+    assert not member.orphaned.is_set()
+    assert "going on without" not in caplog.text
+
+
+def test_a_member_that_heeds_no_end_is_not_moved_by_one(address, registry, member, caplog):
+    caplog.set_level("INFO", logger="protocol.membership")
+    registry.over = True
+    with member.join(address):
+        wait_until(lambda: registry.beats > 3)
+    assert "the run is over" not in caplog.text
+
+
+def test_the_contact_tells_whether_the_orchestrator_was_ever_there_and_since_when_it_is_not(address, member):
+    kept = Registry()
+    with member.join(address, Timeouts(heartbeat=0.02, liveness=0.1, grace=60.0)) as membership:
+        wait_until(lambda: membership.contact.trouble is not None)
+        assert not membership.contact.ever
+        with serving(address, kept.handlers(), role=Role.ORCHESTRATOR):
+            wait_until(lambda: membership.contact.ever)
+            assert (membership.contact.silence, membership.contact.trouble) == (0.0, None)
+        wait_until(lambda: membership.contact.silence > 0.3)
+        assert membership.contact.ever
 
 
 def test_what_is_no_address_is_refused(member):

@@ -10,7 +10,19 @@ import zmq
 from protocol import Pool, serve
 from protocol.enrolment import Enrolment
 from protocol.errors import CallFailed, DeadlineExceeded, NotPermitted, Rejected
-from protocol.messages import Drain, Hello, Lookup, Register, Registered, Role, State, WorkerRecord, Workers
+from protocol.messages import (
+    Dismiss,
+    Dismissed,
+    Drain,
+    Hello,
+    Lookup,
+    Register,
+    Registered,
+    Role,
+    State,
+    WorkerRecord,
+    Workers,
+)
 from protocol.security import read_key
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry
@@ -116,6 +128,20 @@ def test_only_an_orchestrator_drains(deployment):
             client.call(Drain())
         assert caught.value.code == "not-permitted"
         assert client.call(ask(2)).scene.yaw == 2
+
+
+@pytest.mark.parametrize("role", Role)
+def test_only_a_run_dismisses_workers(deployment, role):
+    dismissed: list[Dismiss] = []
+    handlers = {**REGISTRY, Dismiss: lambda request: (dismissed.append(request), Dismissed())[1]}
+    serving = deployment.serving(handlers, role=Role.ORCHESTRATOR)
+    with serving as host, deployment.client(host, role, serves=Role.ORCHESTRATOR) as client:
+        if role in (Role.AGENT, Role.ORCHESTRATOR):
+            client.call(Dismiss(incarnation="x"))
+        else:
+            with pytest.raises(Rejected, match="only an agent or an orchestrator may dismiss"):
+                client.call(Dismiss(incarnation="x"))
+    assert len(dismissed) == (role in (Role.AGENT, Role.ORCHESTRATOR))
 
 
 def test_what_a_key_does_not_permit_is_told_to_the_observer(deployment):

@@ -76,3 +76,13 @@ def test_keys_and_none_at_once_are_refused(deployment):
 def test_a_list_without_a_key_is_refused():
     with pytest.raises(InvalidInput, match="--allowed"):
         security_of(options("--allowed", "x"), {})
+
+
+def test_a_key_of_another_role_than_is_needed_is_refused_and_none_at_all_is_not(deployment):
+    security = deployment.security("render")
+    security.require_role(Role.RENDER)
+    LOCAL_ONLY.require_role(Role.AGENT)
+    with pytest.raises(
+        NotPermitted, match="'render' is of the role render, and this process needs one of the role agent"
+    ):
+        security.require_role(Role.AGENT)

@@ -35,7 +35,7 @@ def run_worker(role: Role, start: Callable[[], Handlers]) -> None:
         start,
         role=role,
         bind=options.bind,
-        timeouts=Timeouts.from_config(load_config(options.config).timeouts),
+        timeouts=Timeouts.from_config(load_config(options.config).timeouts) if options.config else Timeouts(),
         membership=Enrolment(options.orchestrator, options.name) if options.orchestrator else None,
     )
 

@@ -126,8 +126,8 @@ def parsed_options() -> argparse.Namespace:
     parser = argparse.ArgumentParser()
     parser.add_argument("activity", choices=["train", "evaluate"])
     parser.add_argument("--run", type=Path, required=True)
-    parser.add_argument("--render", action="append", required=True)
-    parser.add_argument("--perception", action="append", required=True)
+    parser.add_argument("--render", action="append", default=[])
+    parser.add_argument("--perception", action="append", default=[])
     parser.add_argument("--orchestrator")
     parser.add_argument("--name")
     parser.add_argument("--policy", action="append")
@@ -151,8 +151,9 @@ def main() -> None:
     timeouts = Timeouts.from_config(config.timeouts)
     flight = Flight()
     with ExitStack() as stack:
+        membership = None
         if options.orchestrator:
-            stack.enter_context(
+            membership = stack.enter_context(
                 Membership(
                     options.orchestrator,
                     describe=lambda: record_of(options.name),
@@ -164,6 +165,8 @@ def main() -> None:
             evaluate(options.run, config, options.policy, options.episodes)
             return
         render = stack.enter_context(Pool(options.render, role=Role.AGENT, serves=Role.RENDER, timeouts=timeouts))
+        if membership is not None:
+            membership.follow(render, Role.RENDER)
         train(options.run, config, render, flight)
 
 
