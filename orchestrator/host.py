@@ -97,7 +97,7 @@ def host(order: HostOrder, *, display: Display, stop: StopRequest, observer: Obs
     timeouts = order.timeouts
     table = HostTable(Registry(timeouts.liveness), JoinedRuns(timeouts.liveness, timeouts.grace), stay=order.stay)
     with serve_registry(table, order.bind, timeouts, observer, order.security) as check:
-        watch = HostWatch(table, f"host at {order.bind}", display)
+        watch = HostWatch(table, f"host at {order.bind}", display, timeouts.liveness)
         while not stop.is_asked and not watch.look():
             check()
             stop.nap(LOOK)
@@ -106,16 +106,26 @@ def host(order: HostOrder, *, display: Display, stop: StopRequest, observer: Obs
 
 
 class HostWatch:
-    """Shows who is there, and sees when the host is to end."""
+    """Shows who is there, and sees when the host is to end.
+
+    Args:
+        settling: seconds from now after which everybody who is there has registered.
+    """
 
     def __init__(
-        self, table: HostTable, name: str, display: Display, clock: Callable[[], float] = time.monotonic
+        self,
+        table: HostTable,
+        name: str,
+        display: Display,
+        settling: float,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._table = table
         self._name = name
         self._display = display
         self._clock = clock
         self._began = clock()
+        self._settled = self._began + settling
         self._shown = -math.inf
         self._over_since: float | None = None
 
@@ -130,6 +140,10 @@ class HostWatch:
             _log.info("all runs are done; the workers may end")
         workers = self._table.workers()
         names = ", ".join(record.name or record.address for record in workers)
+        if not workers and self._clock() < self._settled:
+            # One that was killed and started again knows nobody at first; its workers have to hear that they may end.
+            self._show("all runs are done; waiting for workers that have not registered yet")
+            return False
         if not workers:
             _log.info("no worker is left; ending")
         elif self._clock() - self._over_since >= GOODBYE:

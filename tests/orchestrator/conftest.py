@@ -83,7 +83,8 @@ class Command:
         """`rooms` are misbehaving stand-ins, the well-behaved ones fill in for the rest; with None, the real ones."""
         environment = os.environ | {"TMPDIR": str(self.temporary), "COLUMNS": "200"}
         if rooms is not None:
-            environment["PYTHONPATH"] = os.pathsep.join(str(ROOMS / room) for room in (*rooms, "well_behaved"))
+            stand_ins = [str(ROOMS / room) for room in (*rooms, "well_behaved")]
+            environment["PYTHONPATH"] = os.pathsep.join([*stand_ins, *filter(None, [os.environ.get("PYTHONPATH")])])
             environment["VANTAGE_CACHE"] = str(self.folder / "cache")
         child = subprocess.Popen(
             [sys.executable, "-m", module, *arguments],

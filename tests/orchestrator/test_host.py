@@ -25,7 +25,7 @@ class Site:
         self.shown: list[Snapshot] = []
         runs = JoinedRuns(LIVENESS, GRACE, self.clock)
         self.table = HostTable(Registry(LIVENESS, self.clock), runs, stay=stay)
-        self.watch = HostWatch(self.table, "host at tcp://hub:5600", self, self.clock)
+        self.watch = HostWatch(self.table, "host at tcp://hub:5600", self, LIVENESS, self.clock)
 
     def clock(self) -> float:
         return self.now
@@ -82,6 +82,15 @@ def test_the_host_ends_when_its_workers_have_fallen_silent(caplog):
     assert not site.look(LIVENESS - 2)
     assert site.look(1)
     assert "no worker is left; ending" in caplog.text
+
+
+def test_a_host_that_was_started_again_right_then_waits_for_the_workers_to_hear_of_it():
+    site = Site()
+    site.table.dismiss(Dismiss(incarnation="monday"))
+    assert not site.look()
+    assert site.beat("gpu-box")
+    assert not site.look(LIVENESS - 1)
+    assert site.look(1)
 
 
 def test_a_worker_that_does_not_end_is_named_and_left(caplog):
