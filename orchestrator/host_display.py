@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from rich.console import Console
 
 from orchestrator.live_display import Display, Snapshot, open_display
-from protocol import logs
+from protocol.logs import JsonLines
 from protocol.messages import Role
 
 
@@ -22,10 +22,24 @@ class _Silent:
 def open_host_display(console: Console) -> Generator[Display]:
     """A live view with the log above it where the console is a terminal, the log as JSON lines elsewhere."""
     if not console.is_terminal:
-        logs.configure(Role.ORCHESTRATOR)
-        yield _Silent()
+        with _log_to_stderr(JsonLines(Role.ORCHESTRATOR)):
+            yield _Silent()
         return
-    with open_display(console) as display:
-        # Only now: the live view takes care of what is written beside it.
-        logging.basicConfig(format="%(asctime)s %(message)s", level=logging.INFO, force=True)
+    # The log within the view, which takes care of what is written beside it.
+    with open_display(console) as display, _log_to_stderr(logging.Formatter("%(asctime)s %(message)s")):
         yield display
+
+
+@contextmanager
+def _log_to_stderr(formatter: logging.Formatter) -> Generator[None]:
+    handler = logging.StreamHandler()
+    handler.setFormatter(formatter)
+    root = logging.getLogger()
+    level = root.level
+    root.addHandler(handler)
+    root.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        root.setLevel(level)
+        root.removeHandler(handler)

@@ -20,7 +20,7 @@ from protocol.client import Client
 from protocol.errors import InvalidInput, NotPermitted, VantageError, VersionMismatch, WrongRole
 from protocol.incarnation import new_incarnation
 from protocol.membership import Membership
-from protocol.messages import Dismiss, Role, State, WorkerRecord
+from protocol.messages import AT_WORK, Dismiss, Role, State, WorkerRecord
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import KEY_VARIABLE, security_from
 from protocol.timeouts import Timeouts
@@ -33,7 +33,6 @@ _FOR_EVER = 1e9
 _ASK_AGAIN = 5.0
 _HOPELESS = (NotPermitted, VersionMismatch, WrongRole)
 """What waiting does not help against."""
-_AT_WORK = (State.READY, State.BUSY)
 
 
 class Join(Struct, frozen=True, eq=False, kw_only=True):
@@ -117,7 +116,7 @@ class JoinedHost:
 
     def lacks(self, role: Role) -> bool:
         """Whether nobody of a role can work, of those whom a run needs."""
-        return role in NEEDED and not any(record.state in _AT_WORK for record in self.lookup(role))
+        return role in NEEDED and not any(record.state in AT_WORK for record in self.lookup(role))
 
     def health(self) -> Iterator[Health]:
         """Everybody whom a run can work with."""

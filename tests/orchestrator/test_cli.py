@@ -162,6 +162,39 @@ def test_a_configuration_that_is_not_there_exits_with_2(invoke):
     assert (done.exit_code, "can't read the configuration nowhere.toml" in done.stderr) == (2, True)
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--or-resume",), "it needs --run"),
+        (("--key", "trainer.key"), "they need --join"),
+        (("--join", "tcp://hub:5600", "--key", "trainer.key", "--insecure"), "leave out --key, or --insecure"),
+    ],
+)
+def test_options_that_make_no_sense_together_exit_with_2_before_a_run_is_made(invoke, tmp_path, options, said):
+    (tmp_path / "short.toml").write_text(SHORT)
+    done = invoke("train", "short.toml", *options)
+    assert (done.exit_code, said in done.stderr) == (2, True)
+    assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("train", "short.toml", "--join", "tcp://hub:5600"), "there is no key: make one by 'orchestrator keys new'"),
+        (("train", "short.toml", "--join", "hub"), "'hub' is no address"),
+        (("train", "short.toml", "--join", "tcp://hub:5600", "--key", "a.key"), "can't read the key"),
+        (("host",), "tcp://0.0.0.0:5600 can be reached from other machines, and there is no key"),
+        (("host", "--bind", "hub"), "'hub' is no address"),
+        (("host", "--key", "a.key"), "can't read the key"),
+    ],
+)
+def test_what_can_not_be_spoken_with_is_told_before_a_run_is_made(invoke, tmp_path, arguments, said):
+    (tmp_path / "short.toml").write_text(SHORT)
+    done = invoke(*arguments)
+    assert (done.exit_code, said in done.stderr) == (1, True), done.stderr
+    assert not (tmp_path / "runs").exists()
+
+
 def test_an_existing_run_is_refused_before_anything_starts(invoke, tmp_path):
     (tmp_path / "short.toml").write_text(SHORT)
     (tmp_path / "one").mkdir()
@@ -194,7 +227,15 @@ def test_a_run_that_is_not_there_is_said_to_be_so(invoke, arguments, said):
     assert said in done.stderr
 
 
-@pytest.mark.parametrize("arguments", [("view", "1", "--size", "big"), ("view", "1", "2", "--output", "a.png")])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("view", "1", "--size", "big"),
+        ("view", "1", "2", "--output", "a.png"),
+        ("host", "--key", "hub.key", "--insecure"),
+        ("host", "--allowed", "allowed.json"),
+    ],
+)
 def test_wrong_arguments_exit_with_2_before_anything_starts(invoke, tmp_path, arguments):
     assert invoke(*arguments).exit_code == 2
     assert list(tmp_path.iterdir()) == []
@@ -206,6 +247,7 @@ def test_wrong_arguments_exit_with_2_before_anything_starts(invoke, tmp_path, ar
         (),
         ("train",),
         ("resume",),
+        ("host",),
         ("evaluate",),
         ("status",),
         ("doctor",),

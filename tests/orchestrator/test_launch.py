@@ -55,6 +55,17 @@ def test_the_agent_is_told_of_every_worker_and_serves_nothing():
     assert values(agent.command, "--perception") == ["ipc:///tmp/v/perception-0"]
 
 
+def test_agents_of_a_joined_run_are_given_its_keys_and_no_addresses():
+    options = ("--key", "/keys/trainer.key")
+    evaluate = Evaluate(policies=("stay",))
+    for agent in (
+        training_launch(Path("run"), (), SOCKETS, options),
+        evaluation_launch(Path("run"), (), SOCKETS, evaluate, options),
+    ):
+        assert values(agent.command, "--key") == ["/keys/trainer.key"]
+        assert values(agent.command, "--render") == values(agent.command, "--perception") == []
+
+
 def test_every_process_is_told_its_name_and_where_to_register():
     workers = worker_launches(RunConfig(), CONFIG, SOCKETS)
     agents = (

@@ -1,13 +1,15 @@
 import pytest
 
-from orchestrator.errors import Interrupted, ProcessFailed
+from orchestrator.errors import HostLost, Interrupted, ProcessFailed
 from orchestrator.fleet import Fleet
+from orchestrator.heartbeat import Health
 from orchestrator.live_display import Snapshot
 from orchestrator.session import Session
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervisor import Supervisor
 from protocol.config import SupervisionConfig
-from protocol.messages import Role
+from protocol.errors import DeadlineExceeded
+from protocol.messages import Role, WorkerRecord
 from protocol.timeouts import Timeouts
 
 
@@ -95,6 +97,64 @@ def test_a_request_to_stop_lets_the_agent_finish(session, fleet, display, stop, 
         session.run(python_launch(code, "agent", Role.AGENT), "training", done)
     assert fleet.processes[0].exit_code == 0
     assert fleet.processes[0].last_words() == "weights are written"
+
+
+class Others:
+    """Who works elsewhere: nobody, until a number of looks are over."""
+
+    def __init__(self, absent: int) -> None:
+        self.absent = absent
+        self.trouble: Exception | None = None
+
+    def waits_for(self) -> str | None:
+        self.absent -= 1
+        return "a render worker at the host" if self.absent >= 0 else None
+
+    def check(self) -> None:
+        if self.trouble is not None:
+            raise self.trouble
+
+    def health(self) -> list[Health]:
+        return [Health(name="gpu-box", role=Role.RENDER, pid=1, state="starting")]
+
+    def lookup(self, role: Role) -> tuple[WorkerRecord, ...]:
+        return ()
+
+    def lacks(self, role: Role) -> bool:
+        return False
+
+
+@pytest.fixture
+def joined_session(fleet, display, stop):
+    def make(others: Others) -> Session:
+        return Session(fleet, supervisor, display, stop, elsewhere=others)
+
+    with Supervisor(fleet, SupervisionConfig(restarts=1), Timeouts(startup=30.0)) as supervisor:
+        yield make
+
+
+def test_those_elsewhere_are_waited_for_and_shown(joined_session, display):
+    joined_session(Others(absent=3)).wait_for_others(30.0)
+    assert display.snapshots[0].activity == "waiting for a render worker at the host"
+    assert [one.name for one in display.snapshots[0].workers] == ["gpu-box"]
+
+
+def test_those_elsewhere_are_not_waited_for_for_ever(joined_session):
+    with pytest.raises(DeadlineExceeded, match=r"in vain for a render worker at the host \(gpu-box is starting\)"):
+        joined_session(Others(absent=10_000)).wait_for_others(0.1)
+
+
+def test_a_request_to_stop_ends_the_wait_for_others(joined_session, stop):
+    stop.ask()
+    with pytest.raises(Interrupted):
+        joined_session(Others(absent=10_000)).wait_for_others(30.0)
+
+
+def test_what_is_lost_elsewhere_ends_the_agent_s_work(joined_session, python_launch):
+    others = Others(absent=0)
+    others.trouble = HostLost("the host is gone")
+    with pytest.raises(HostLost):
+        joined_session(others).run(python_launch("import time; time.sleep(600)", "agent", Role.AGENT), "training", done)
 
 
 def test_the_last_warning_of_any_process_is_shown(session, display, python_launch):

@@ -8,11 +8,14 @@ from prometheus_client import CollectorRegistry
 from orchestrator.heartbeat import Health
 from orchestrator.live_display import Snapshot
 from orchestrator.metrics import RunCollector
-from orchestrator.telemetry import STALE, Watch, WatchedRun, run_telemetry
+from orchestrator.registry import Registry, serve_registry
+from orchestrator.telemetry import STALE, Watch, WatchedRun, host_telemetry, run_telemetry
 from protocol.errors import AddressUnavailable
 from protocol.messages import Role
 from protocol.observer import NOBODY
 from protocol.telemetry.info import About
+from protocol.timeouts import Timeouts
+from tests.protocol.security.deployment import free_port
 from tests.protocol.telemetry.monitors import free_endpoint, monitoring
 
 
@@ -111,6 +114,20 @@ def test_with_one_the_display_is_shown_the_same_and_monitors_are_answered():
 
 
 @pytest.mark.slow
+def test_a_host_is_ready_as_soon_as_it_serves_and_tells_who_is_there():
+    display, at, bind = Shown(), free_endpoint(), f"tcp://127.0.0.1:{free_port()}"
+    with host_telemetry(at, bind, display) as watch, monitoring(at) as monitor:
+        assert monitor.waits_on() == {"start"}
+        with serve_registry(Registry(5.0), bind, Timeouts(), watch.registry):
+            assert monitor.is_ready()
+            watch.display.show(snapshot(RENDER, PERCEPTION))
+            assert monitor.metric("vantage_processes", role="render", at_work="true") == 1
+            assert monitor.metric("vantage_processes", role="agent", at_work="true") == 0
+        told = monitor.json("/info")
+    assert len(display.snapshots) == 1
+    assert (told["role"], told["name"], told["serves"]) == ("orchestrator", "host", [bind])
+
+
 @pytest.mark.parametrize("command", ["train nothing.toml", "resume nothing"])
 def test_a_port_that_is_none_is_told(orchestrator, command):
     (orchestrator.folder / "nothing.toml").write_text("")
