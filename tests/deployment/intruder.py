@@ -16,6 +16,7 @@ from protocol import Pool, Timeouts
 from protocol.errors import CallFailed, NotPermitted, Rejected
 from protocol.message import Request
 from protocol.messages import (
+    Dismiss,
     Drain,
     Hello,
     Lookup,
@@ -42,7 +43,7 @@ RECORD = WorkerRecord(role=Role.AGENT, address="", incarnation="x", state=State.
 WISHES: dict[str, tuple[Request, ...]] = {
     "render": (SampleScene(seed=1, split="train"), Render(scene=SCENE, camera=CAMERA)),
     "perception": (Observe(scene=SCENE, camera=CAMERA, filter=FilterState.initial()), Ping()),
-    "orchestrator": (Lookup(role=Role.RENDER), Register(worker=RECORD)),
+    "orchestrator": (Lookup(role=Role.RENDER), Register(worker=RECORD), Dismiss(incarnation="x")),
 }
 NOISE = {
     "http": b"GET /metrics HTTP/1.1\r\n\r\n",
@@ -67,7 +68,7 @@ def attempts(folder: Path, target: str, address: str) -> Iterator[tuple[str, boo
     wrong = "perception" if target == "perception" else "render"
     for request in (Ping(), *WISHES[target]):
         # Every role has business with the orchestrator: there it is what they say that is refused.
-        if target != "orchestrator" or isinstance(request, Register):
+        if target != "orchestrator" or isinstance(request, Register | Dismiss):
             yield f"{wrong} key, {type(request).__name__}", _answered(stolen, wrong, target, address, request)
 
 

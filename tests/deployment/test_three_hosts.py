@@ -29,6 +29,7 @@ class ThreeHosts:
         self.hosts = hosts
         self.keys = Deployment(folder / "keys")
         self.logs = folder
+        self.processes: dict[str, subprocess.Popen[str]] = {}
         at = hosts.addresses
         self.addresses = {
             "orchestrator": f"tcp://{at['trainer']}:5600",
@@ -37,12 +38,21 @@ class ThreeHosts:
         }
 
     def start(self) -> None:
+        self.start_host("--stay")
         registry = self.addresses["orchestrator"]
-        self._start("trainer", "orchestrator", str(HERE / "registry.py"), registry, self._key("orchestrator"))
         for host, role in (("gpu-box", "render"), ("jetson", "perception")):
             bind = f"tcp://0.0.0.0:{self.addresses[role].rpartition(':')[2]}"
             options = ("--bind", bind, "--advertise", self.addresses[role], "--key", self._key(role))
             self._start(host, role, "-m", f"{role}_worker", *options, "--orchestrator", registry, "--name", host)
+
+    def start_host(self, *options: str) -> None:
+        """Have an orchestrator that starts nobody on the trainer."""
+        address = ("--bind", self.addresses["orchestrator"], "--key", self._key("orchestrator"))
+        self._start("trainer", "orchestrator", "-m", "orchestrator", "host", *address, *options)
+
+    def end(self, name: str) -> int:
+        """Wait for the end of a process; returns its exit code."""
+        return self.processes[name].wait(120)
 
     def joints_seen(self, host: str, key: Path) -> int:
         """How many joints of a person an agent on a host sees through both workers."""
@@ -55,11 +65,18 @@ class ThreeHosts:
         options = ("--key", self._key("agent"), "--run", str(run), *workers)
         self.hosts.run("trainer", sys.executable, "-m", "agent", "train", *options)
 
+    def train_joined(self, config: Path, run: Path) -> None:
+        """Have a training join the host, which alone knows where the workers are."""
+        options = ("--join", self.addresses["orchestrator"], "--key", self._key("agent"), "--no-evaluate")
+        train = ("-m", "orchestrator", "train", str(config), "--run", str(run), *options)
+        self.hosts.run("trainer", sys.executable, *train)
+
     def log(self, role: str) -> str:
         return (self.logs / f"{role}.log").read_text()
 
     def _start(self, host: str, name: str, *command: str) -> None:
-        self.hosts.start(host, sys.executable, *command, log=self.logs / f"{name}.log", environment={})
+        log = self.logs / f"{name}.log"
+        self.processes[name] = self.hosts.start(host, sys.executable, *command, log=log, environment={})
 
     def _key(self, name: str) -> str:
         return str(self.keys.folder / f"{name}.key")
@@ -83,20 +100,22 @@ def test_who_has_a_key_sees_a_person_across_hosts(three_hosts):
     assert three_hosts.joints_seen("trainer", three_hosts.keys.folder / "agent.key") > 10
 
 
-def test_a_training_across_hosts_ends_as_one_on_this_machine(three_hosts, tmp_path):
-    config = tmp_path / "short.toml"
-    config.write_text(SHORT)
-    here, across = tmp_path / "here", tmp_path / "across"
-    train = ("-m", "orchestrator", "train", str(config), "--run", str(here), "--no-evaluate")
+@pytest.fixture(scope="module")
+def here(tmp_path_factory) -> Path:
+    """A training on this machine, and its configuration beside it."""
+    folder = tmp_path_factory.mktemp("here")
+    (folder / "short.toml").write_text(SHORT)
+    train = ("-m", "orchestrator", "train", str(folder / "short.toml"), "--run", str(folder / "run"), "--no-evaluate")
     subprocess.run([sys.executable, *train], check=True, capture_output=True, timeout=240)
+    return folder / "run"
+
+
+def test_a_training_across_hosts_ends_as_one_on_this_machine(three_hosts, here, tmp_path):
+    across = tmp_path / "across"
     across.mkdir()
     (across / "config.toml").write_bytes((here / "config.toml").read_bytes())
     three_hosts.train(across)
-    for name in ("weights.safetensors", "episodes.jsonl"):
-        assert (across / name).read_bytes() == (here / name).read_bytes()
-    journals = {path.name: path.read_bytes() for path in (here / "replay").iterdir()}
-    assert journals == {path.name: path.read_bytes() for path in (across / "replay").iterdir()}
-    assert journals
+    _assert_same(here, across)
 
 
 def test_a_stranger_is_answered_nothing_and_every_log_says_who_tried(three_hosts):
@@ -121,6 +140,25 @@ def test_a_stranger_is_answered_nothing_and_every_log_says_who_tried(three_hosts
     assert "its key 'render' is of the role render, which has no business with render" in three_hosts.log("render")
     assert "can't register a agent process" in three_hosts.log("orchestrator")
     assert three_hosts.joints_seen("trainer", keys.folder / "agent.key") > 10
+
+
+def test_a_training_that_joins_the_host_ends_so_as_well_and_then_all_end(three_hosts, here, tmp_path):
+    three_hosts.processes["orchestrator"].terminate()
+    assert three_hosts.end("orchestrator") == 0
+    three_hosts.start_host()
+    across = tmp_path / "across"
+    three_hosts.train_joined(here.parent / "short.toml", across)
+    _assert_same(here, across)
+    assert [three_hosts.end(role) for role in ("render", "perception", "orchestrator")] == [0, 0, 0]
+    assert "the run is over" in three_hosts.log("render")
+
+
+def _assert_same(here: Path, across: Path) -> None:
+    for name in ("weights.safetensors", "episodes.jsonl"):
+        assert (across / name).read_bytes() == (here / name).read_bytes()
+    journals = {path.name: path.read_bytes() for path in (here / "replay").iterdir()}
+    assert journals == {path.name: path.read_bytes() for path in (across / "replay").iterdir()}
+    assert journals
 
 
 def _steal(keys: Deployment, loot: Path) -> None:
