@@ -1,6 +1,6 @@
 """The orchestrator's own metrics. docs/metrics.md lists them."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 
 from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
@@ -10,8 +10,8 @@ from orchestrator.telemetry import standings_by_role
 from protocol.telemetry.metrics import counted
 
 
-class RunCollector(Collector):
-    """What a run's last snapshot tells; nothing before the first."""
+class ProcessCollector(Collector):
+    """Who is at work, as of the last snapshot; nothing before the first."""
 
     def __init__(self, snapshot: Callable[[], Snapshot | None]) -> None:
         self._snapshot = snapshot
@@ -19,11 +19,22 @@ class RunCollector(Collector):
     def collect(self) -> Iterable[Metric]:
         """The metrics as of the last look at the processes."""
         snapshot = self._snapshot()
-        if snapshot is None:
-            return
-        restarts = CounterMetricFamily("vantage_restarts", "Restarts that nobody planned", labels=("process",))
-        for health in snapshot.workers:
-            restarts.add_metric((health.name,), health.restarts)
-        yield restarts
+        if snapshot is not None:
+            yield from self._tell(snapshot)
+
+    def _tell(self, snapshot: Snapshot) -> Iterator[Metric]:
         processes = GaugeMetricFamily("vantage_processes", "Processes of the run", labels=("role", "at_work"))
         yield counted(processes, standings_by_role(snapshot))
+
+
+class RunCollector(ProcessCollector):
+    """What a run's last snapshot tells, restarts included."""
+
+    def _tell(self, snapshot: Snapshot) -> Iterator[Metric]:
+        restarts = CounterMetricFamily("vantage_restarts", "Restarts that nobody planned", labels=("process",))
+        # Workers of other machines may well be called the same, and a sample is told once.
+        names = dict.fromkeys(health.name for health in snapshot.workers)
+        for name in names:
+            restarts.add_metric((name,), sum(one.restarts for one in snapshot.workers if one.name == name))
+        yield restarts
+        yield from super()._tell(snapshot)

@@ -144,12 +144,12 @@ def host_telemetry(at: Endpoint | None, bind: str, display: Display) -> Generato
         yield Watch(display)
         return
     with needs_libraries():
-        from orchestrator.metrics import RunCollector
+        from orchestrator.metrics import ProcessCollector
         from protocol.telemetry.metrics import RequestMetrics, WorkerCollector
     about = About(role=Role.ORCHESTRATOR, name="host", serves=(bind,))
     watched, shown = WatchedWorker(about, {}), LastShown(display)
     with process_telemetry(at, watched, {}) as registry:
-        registry.register(RunCollector(lambda: shown.snapshot))
+        registry.register(ProcessCollector(lambda: shown.snapshot))
         registry.register(WorkerCollector(watched.pong))
         watched.count = RequestMetrics(registry).count
         yield Watch(shown, watched)

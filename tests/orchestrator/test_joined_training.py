@@ -12,6 +12,7 @@ from orchestrator.chaos.comparison import compare
 from orchestrator.run_directory import RunDirectory
 from tests.orchestrator.conftest import Command
 from tests.protocol.security.deployment import free_port
+from tests.protocol.telemetry.monitors import free_endpoint, monitoring
 
 pytestmark = pytest.mark.slow
 
@@ -19,7 +20,7 @@ SHORT = """
 [timeouts]
 heartbeat = 0.1
 startup = {startup}
-grace = 30.0
+grace = {grace}
 
 [training]
 steps = {steps}
@@ -56,8 +57,9 @@ class Site:
         self.run = RunDirectory(command.folder / "one")
         self._rooms = rooms
 
-    def configure(self, text: str = SHORT, steps: int = 150, startup: float = 30.0) -> None:
-        (self.command.folder / "short.toml").write_text(text.format(steps=steps, startup=startup))
+    def configure(self, text: str = SHORT, steps: int = 150, startup: float = 30.0, grace: float = 30.0) -> None:
+        text = text.format(steps=steps, startup=startup, grace=grace)
+        (self.command.folder / "short.toml").write_text(text)
 
     def host(self, *options: str) -> subprocess.Popen[str]:
         return self.command.start("host", "--bind", self.address, *options, rooms=self._rooms)
@@ -112,8 +114,12 @@ def are_dismissed(*workers: subprocess.Popen[str]) -> None:
 
 def test_a_joined_run_starts_the_agent_alone_and_all_end_well_once_it_is_done(site):
     site.configure()
-    host, workers = site.host(), site.workers()
-    told = report(site.train())
+    host, workers, at = site.host(), site.workers(), free_endpoint()
+    run = site.train("--http", str(at.port))
+    with monitoring(at) as monitor:
+        site.wait_until(lambda: monitor.is_ready() or run.poll() is not None)
+        assert monitor.metric("vantage_processes", role="perception", at_work="true") == 1
+    told = report(run)
     assert (told["steps"], told["restarts"]) == (150, {})
     assert {score["policy"] for score in told["evaluation"]["scores"]} == {"trained", "stay"}
     assert {process.name for process in site.run.processes()} == {"agent", "evaluation"}
@@ -188,6 +194,19 @@ def test_a_run_that_is_stopped_dismisses_nobody_and_a_host_ends_well_on_sigterm(
     code, _, err = ended(host)
     assert (code, "is done" in err) == (0, False)
     assert [worker.poll() for worker in workers] == [None, None]
+
+
+def test_a_host_that_is_gone_for_good_ends_the_run_while_its_agent_can_still_write_what_it_learned(site):
+    site.configure(steps=100_000, grace=1.0)
+    host, _, run = site.host(), site.workers(), site.train()
+    site.wait_for_steps()
+    host.kill()
+    host.communicate(timeout=PATIENCE)
+    code, _, err = ended(run)
+    assert (code, "is gone for 1 s (timeouts.grace)" in err) == (1, True)
+    summary = site.run.summary()
+    assert summary is not None
+    assert not summary.complete
 
 
 def test_without_a_host_the_wait_says_what_for_and_ends_in_time(site):

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from prometheus_client import CollectorRegistry
+from prometheus_client import CollectorRegistry, generate_latest
 
 from orchestrator.heartbeat import Health
 from orchestrator.live_display import Snapshot
@@ -91,6 +91,14 @@ def test_restarts_and_processes_are_told_by_name_and_role():
     assert registry.get_sample_value("vantage_restarts_total", {"process": "agent"}) == 0
     for at_work in ("true", "false"):
         assert registry.get_sample_value("vantage_processes", {"role": "render", "at_work": at_work}) == 1
+
+
+def test_workers_of_one_name_on_several_machines_are_told_once():
+    registry = CollectorRegistry()
+    registry.register(RunCollector(lambda: snapshot(RENDER, RENDER, PERCEPTION, AGENT)))
+    told = generate_latest(registry).decode()
+    assert told.count('vantage_restarts_total{process="render-0"}') == 1
+    assert 'vantage_processes{at_work="true",role="render"} 2.0' in told
 
 
 def test_without_a_port_the_display_is_as_it_was():
