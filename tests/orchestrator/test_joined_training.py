@@ -4,6 +4,8 @@ import json
 import os
 import signal
 import subprocess
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -50,12 +52,17 @@ PATIENCE = 120.0
 class Site:
     """A host at an address of its own, and whoever finds it."""
 
-    def __init__(self, command, wait_until, rooms: tuple[str, ...] | None = ()) -> None:
+    def __init__(self, command: Command, rooms: tuple[str, ...] | None = ()) -> None:
         self.command = command
-        self.wait_until = wait_until
         self.address = f"tcp://127.0.0.1:{free_port()}"
         self.run = RunDirectory(command.folder / "one")
         self._rooms = rooms
+
+    def wait_until(self, condition: Callable[[], bool]) -> None:
+        deadline = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < deadline, "what was waited for did not happen"
+            time.sleep(0.02)
 
     def configure(self, text: str = SHORT, steps: int = 150, startup: float = 30.0, grace: float = 30.0) -> None:
         text = text.format(steps=steps, startup=startup, grace=grace)
@@ -76,6 +83,9 @@ class Site:
         join = ("--join", self.address, "--run", run, "--or-resume")
         return self.command.start("train", "short.toml", *join, "--json", *options, rooms=self._rooms)
 
+    def resume(self) -> subprocess.Popen[str]:
+        return self.command.start("resume", "one", "--join", self.address, "--json", rooms=self._rooms)
+
     def wait_for_steps(self, run: RunDirectory | None = None, steps: int = 1) -> None:
         def there() -> bool:
             progress = (run or self.run).progress()
@@ -85,8 +95,8 @@ class Site:
 
 
 @pytest.fixture
-def site(orchestrator, wait_until) -> Site:
-    return Site(orchestrator, wait_until)
+def site(orchestrator) -> Site:
+    return Site(orchestrator)
 
 
 def ended(child: subprocess.Popen[str]) -> tuple[int, str, str]:
@@ -165,7 +175,7 @@ def test_a_run_that_is_done_says_so_again_and_no_worker_waits_for_ever(site):
     host.send_signal(signal.SIGTERM)
     ends_well(host)
     host = site.host()
-    assert report(site.train()) == first
+    assert report(site.resume()) == first
     ends_well(host)
     are_dismissed(*workers)
 
@@ -255,8 +265,8 @@ def alone(tmp_path_factory) -> Path:
 
 
 @pytest.fixture
-def real_site(orchestrator, wait_until) -> Site:
-    site = Site(orchestrator, wait_until, rooms=None)
+def real_site(orchestrator) -> Site:
+    site = Site(orchestrator, rooms=None)
     site.configure(REAL)
     return site
 
@@ -280,6 +290,21 @@ def test_and_also_if_host_orchestrator_and_agent_are_killed_in_it(real_site, alo
     assert report(run)["steps"] == 40
     ends_well(host)
     are_dismissed(*workers)
+    assert same(alone, real_site.run.path)
+
+
+def test_and_also_if_a_worker_is_away_for_longer_than_a_call_may_take(real_site, alone):
+    real_site.configure(REAL + "[timeouts]\ncall = 2.0\nheartbeat = 0.1\n")
+    host, (render, perception), run = real_site.host(), real_site.workers(), real_site.train("--no-evaluate")
+    real_site.wait_for_steps(steps=12)
+    render.kill()
+    render.communicate(timeout=PATIENCE)
+    real_site.wait_until(lambda: bool(real_site.run.restarts()))
+    assert {restart.process for restart in real_site.run.restarts()} == {"agent"}
+    render = real_site.worker("render")
+    assert report(run)["steps"] == 40
+    ends_well(host)
+    are_dismissed(render, perception)
     assert same(alone, real_site.run.path)
 
 
