@@ -4,6 +4,7 @@ import sys
 import time
 from collections import Counter
 from contextlib import ExitStack
+from itertools import count
 from pathlib import Path
 
 import psutil
@@ -296,3 +297,26 @@ def test_an_adopted_agent_is_done_when_its_work_is_there(care, tmp_path):
     assert earlier.wait(PATIENCE)
     cared.look_until(lambda: cared.supervisor.is_over("agent"))
     assert cared.noted == []
+
+
+def test_an_agent_whose_workers_elsewhere_are_gone_is_not_taken_for_one_that_never_begins(tmp_path):
+    seconds, noted, absent = count(), [], {Role.RENDER}
+    with (
+        Fleet(tmp_path, StopRequest()) as fleet,
+        Supervisor(
+            fleet,
+            SupervisionConfig(),
+            Timeouts(startup=5.0, liveness=1.0),
+            on_restart=noted.append,
+            lacks=lambda role: role in absent,
+            clock=lambda: float(next(seconds)),
+        ) as supervisor,
+    ):
+        agent_process = supervisor.start(agent("import time; time.sleep(600)"), lambda _: False)
+        for _ in range(50):
+            supervisor.look()
+        assert (agent_process.is_running, noted) == (True, [])
+        absent.clear()
+        for _ in range(50):
+            supervisor.look()
+        assert agent_process.wait(PATIENCE)
