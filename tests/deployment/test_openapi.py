@@ -76,3 +76,7 @@ def test_the_orchestrator_keeps_its_document(start, tmp_path, assert_keeps_its_d
     with monitoring(orchestrator) as monitor:
         wait_until(monitor.is_ready, seconds=120)
     assert_keeps_its_document(orchestrator)
+
+
+def test_a_host_keeps_its_document(start, tmp_path, assert_keeps_its_document):
+    assert_keeps_its_document(start("orchestrator", "host", "--bind", f"ipc://{tmp_path}/host"))
