@@ -94,7 +94,7 @@ class JoinedHost:
         self._membership = Membership(
             join.address,
             describe=lambda: record,
-            # It never comes to that: `check` says when the host is gone, until it has come, the startup clock counts.
+            # It never comes to that: `check` says when the host is gone, and the startup clock, when it does not come.
             on_orphaned=lambda: None,
             timeouts=replace(timeouts, grace=_FOR_EVER),
             security=join.security,
@@ -190,12 +190,9 @@ def dismiss(join: Join, timeouts: Timeouts, show: Callable[[str], None], stop: S
         ) as client:
             pending = client.submit(Dismiss(incarnation=join.incarnation), deadline=timeouts.grace)
             while not pending.done():
-                if stop.is_asked:
-                    raise HostNotTold(f"{told}: stopped on request")
+                stop.check()
                 show(f"telling the host at {join.address} that the run is done")
                 stop.nap(LOOK, until=pending.done)
             pending.result()
-    except HostNotTold:
-        raise
     except VantageError as error:
         raise HostNotTold(f"{told}: {error}") from error
