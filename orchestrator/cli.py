@@ -24,6 +24,7 @@ from orchestrator.options import (
     InsecureOption,
     JsonOption,
     KeyOption,
+    TokenOption,
     at_work,
     endpoint,
     examples,
@@ -128,6 +129,7 @@ def train(
     allowed: AllowedOption = None,
     insecure: InsecureOption = False,
     http: HttpOption = None,
+    http_token: TokenOption = None,
     json: JsonOption = False,
 ) -> None:
     """Train a policy on real renders, then fly its evaluation.
@@ -146,7 +148,7 @@ def train(
         raise InvalidInput("--or-resume goes on with the run of a name; it needs --run")
     path = run or default_run_path(config, datetime.now())
     go_on = training.train
-    with at_work() as (display, stop), run_telemetry(endpoint(http), path.name, display) as watch:
+    with at_work() as (display, stop), run_telemetry(endpoint(http, http_token), path.name, display) as watch:
         if or_resume and path.exists():
             directory, go_on = RunDirectory.open_for(path, settings), training.resume
         else:
@@ -164,6 +166,7 @@ def resume(
     allowed: AllowedOption = None,
     insecure: InsecureOption = False,
     http: HttpOption = None,
+    http_token: TokenOption = None,
     json: JsonOption = False,
 ) -> None:
     """Bring a run to its end from wherever it stands, whatever was killed or stopped, as if nothing had happened.
@@ -175,7 +178,7 @@ def resume(
     """
     directory = RunDirectory.open(run)
     joining = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
-    with at_work() as (display, stop), run_telemetry(endpoint(http), run.name, display) as watch:
+    with at_work() as (display, stop), run_telemetry(endpoint(http, http_token), run.name, display) as watch:
         ending = _ending_of(lambda: training.resume(directory, watch=watch, stop=stop, join=joining))
     _print_training(directory, json, ending)
 
@@ -192,6 +195,7 @@ def host(
     allowed: AllowedOption = None,
     insecure: InsecureOption = False,
     http: HttpOption = None,
+    http_token: TokenOption = None,
     stay: Annotated[bool, typer.Option("--stay", help="Go on when the runs are done, with the workers.")] = False,
 ) -> None:
     """Be where workers and runs on several machines find each other; start nothing.
@@ -204,7 +208,7 @@ def host(
     with (
         stop_on_signals() as stop,
         open_host_display(Console(stderr=True)) as display,
-        host_telemetry(endpoint(http), bind, display) as watch,
+        host_telemetry(endpoint(http, http_token), bind, display) as watch,
     ):
         serve_host(order, display=watch.display, stop=stop, observer=watch.registry)
 

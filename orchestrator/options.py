@@ -14,12 +14,22 @@ from rich.console import Console
 
 from orchestrator.live_display import Display, open_display
 from orchestrator.stop_request import StopRequest, stop_on_signals
+from protocol.telemetry.control import TOKEN_VARIABLE
 from protocol.telemetry.endpoint import Endpoint, endpoint_from, parse_endpoint
 
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout, and nothing else there.")]
 HttpOption = Annotated[
     str | None,
     typer.Option(metavar="[HOST:]PORT", help="Where to answer health checks and give metrics.", show_default="nowhere"),
+]
+TokenOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--http-token",
+        metavar="FILE",
+        help="Whose content lets callers of --http end this process.",
+        show_default=f"{TOKEN_VARIABLE}'s",
+    ),
 ]
 KeyOption = Annotated[
     Path | None,
@@ -39,9 +49,9 @@ def examples(*lines: str) -> str:
     return "Examples:\n\n" + "\n\n".join(f"  {line}" for line in lines)
 
 
-def endpoint(http: str | None) -> Endpoint | None:
-    """What the option `--http` comes to."""
-    return endpoint_from(None if http is None else parse_endpoint(http), None, os.environ)
+def endpoint(http: str | None, token: Path | None) -> Endpoint | None:
+    """What the options `--http` and `--http-token` come to."""
+    return endpoint_from(None if http is None else parse_endpoint(http), token, os.environ)
 
 
 @contextmanager

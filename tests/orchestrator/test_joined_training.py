@@ -254,6 +254,18 @@ def test_a_run_of_another_configuration_is_not_gone_on_with(site):
     assert (code, "one was made with another configuration" in err) == (2, True)
 
 
+def test_a_host_ends_in_order_for_who_shows_the_token_over_http(site, tmp_path):
+    token, at = tmp_path / "token", free_endpoint()
+    token.write_text("0123456789abcdef")
+    token.chmod(0o600)
+    host = site.host("--http", str(at), "--http-token", str(token))
+    with monitoring(at) as monitor:
+        site.wait_until(monitor.is_ready)
+        assert monitor.post("/control/stop", Authorization="Bearer fedcba9876543210").status_code == 401
+        assert monitor.post("/control/stop", Authorization="Bearer 0123456789abcdef").status_code == 202
+    assert ended(host)[0] == 0
+
+
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory) -> Path:
     """A real run whose workers were started with it."""
