@@ -9,7 +9,7 @@ from typing import Any
 from msgspec import Struct
 
 from protocol.camera import Camera
-from protocol.frame import Frame
+from protocol.frame import Encoding, Frame
 from protocol.message import Reply, Request
 from protocol.observation import FilterState, Observation
 from protocol.scene import Scene, Split
@@ -107,11 +107,15 @@ class SampleScene(Request[Sampled], frozen=True, eq=False, kw_only=True):
 
 
 class Render(Request[Frame], frozen=True, eq=False, kw_only=True):
-    """Draw a scene as a camera sees it; with `truth`, the frame has the true joints and which of them are visible."""
+    """Draw a scene as a camera sees it; with `truth`, the frame has the true joints and which of them are visible.
+
+    The frame may be packed by `encoding`, or not at all: a worker that does not know the field answers as ever.
+    """
 
     scene: Scene
     camera: Camera
     truth: bool = False
+    encoding: Encoding = "none"
 
 
 class Perceive(Request[Observation], frozen=True, eq=False, kw_only=True):

@@ -7,6 +7,7 @@ found out even if it has the right id.
 from typing import Any, Protocol
 
 import numpy as np
+from msgspec.structs import replace
 
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.catalogue import Message
@@ -72,8 +73,9 @@ class RenderWork:
         return isinstance(reply, Frame) and isinstance(request, Render) and reply.camera == request.camera
 
     def others(self) -> tuple[Request[Any], ...]:
-        """Scenes."""
-        return (SampleScene(seed=1, split="train"),)
+        """Scenes, and a picture packed for its way."""
+        # One that knows nothing of packed frames answers as ever.
+        return SampleScene(seed=1, split="train"), replace(self.small(), encoding="lossless")
 
     def _render(self, width: int, height: int) -> Render:
         return Render(scene=self._scene, camera=_camera(width, height))

@@ -6,7 +6,7 @@ import numpy as np
 
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.catalogue import Message
-from protocol.frame import Frame
+from protocol.frame import Frame, Packed
 from protocol.messages import (
     Dismiss,
     Dismissed,
@@ -81,6 +81,16 @@ def picture(camera: Camera = CAMERA) -> Frame:
     )
 
 
+def packed_picture() -> Frame:
+    """A frame that was made smaller for its way; nobody has looked yet whether its bytes are a picture."""
+    return Frame(
+        rgb=np.zeros((0, 0, 3), np.uint8),
+        depth=np.zeros((0, 0), np.float32),
+        camera=CAMERA,
+        packed=Packed(encoding="jpeg", rgb=np.arange(9, dtype=np.uint8), depth=np.arange(5, dtype=np.uint8)),
+    )
+
+
 def observation() -> Observation:
     """An observation in which some joints were not found."""
     keypoints = np.arange(36, dtype=float).reshape(18, 2)
@@ -134,8 +144,9 @@ def samples() -> tuple[Message, ...]:
         Dismissed(),
         SampleScene(seed=2**40, split="test"),
         Sampled(scene=SCENE),
-        Render(scene=SCENE, camera=CAMERA, truth=True),
+        Render(scene=SCENE, camera=CAMERA, truth=True, encoding="lossless"),
         picture(),
+        packed_picture(),
         Perceive(frame=picture(), filter=FilterState.initial(), heatmaps=True),
         Observe(scene=SCENE, camera=CAMERA, filter=FilterState.initial(), truth=True, heatmaps=True),
         observation(),

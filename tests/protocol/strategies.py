@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as nps
 
 from protocol.camera import Camera, CameraPose, Intrinsics
-from protocol.frame import Frame
+from protocol.frame import ENCODINGS, Frame, Packed
 from protocol.message import Reply, Request
 from protocol.messages import (
     MESSAGE_NUMBERS,
@@ -111,6 +111,23 @@ def frames(draw: st.DrawFn) -> Frame:
     )
 
 
+packed = st.builds(
+    Packed,
+    encoding=st.sampled_from(["lossless", "jpeg"]),
+    rgb=nps.arrays(np.uint8, st.integers(0, 9)),
+    depth=nps.arrays(np.uint8, st.integers(0, 9)),
+)
+packed_frames = st.builds(
+    Frame,
+    rgb=nps.arrays(np.uint8, (0, 0, 3)),
+    depth=nps.arrays(np.float32, (0, 0)),
+    camera=camera,
+    joints=joints,
+    visible=visible,
+    timings=timings,
+    packed=packed,
+)
+
 observations = st.builds(
     Observation,
     keypoints=floats64(18, 2),
@@ -158,9 +175,9 @@ MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
     Dismissed: st.builds(Dismissed),
     SampleScene: st.builds(SampleScene, seed=whole, split=st.sampled_from(["train", "test"])),
     Sampled: st.builds(Sampled, scene=scene),
-    Render: st.builds(Render, scene=scene, camera=camera, truth=st.booleans()),
-    Frame: frames(),
-    Perceive: st.builds(Perceive, frame=frames(), filter=filter_state, heatmaps=st.booleans()),
+    Render: st.builds(Render, scene=scene, camera=camera, truth=st.booleans(), encoding=st.sampled_from(ENCODINGS)),
+    Frame: frames() | packed_frames,
+    Perceive: st.builds(Perceive, frame=frames() | packed_frames, filter=filter_state, heatmaps=st.booleans()),
     Observe: st.builds(
         Observe, scene=scene, camera=camera, filter=filter_state, truth=st.booleans(), heatmaps=st.booleans()
     ),
