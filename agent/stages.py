@@ -40,11 +40,12 @@ class StageTimes(Mapping[Stage, float]):
 
 
 def times_of(look: Pending[Observation]) -> StageTimes:
-    """The stages of a picture that has come back; `transport` is that of both hops."""
+    """The stages of a picture that has come back; `transport` is that of both hops, and of packing on the way."""
     measured = look.result().timings
     stages: tuple[Stage, ...] = get_args(Stage)
     seconds: dict[Stage, float] = {stage: measured[stage] for stage in stages if stage in measured}
-    seconds["transport"] = seconds.get("transport", 0.0) + look.timing.transport
+    on_the_way = sum(measured.get(part, 0.0) for part in ("transport", "pack", "unpack"))
+    seconds["transport"] = on_the_way + look.timing.transport
     return StageTimes(seconds)
 
 

@@ -3,25 +3,29 @@
 import argparse
 import logging
 import os
+import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import get_args
 
 import cv2
 import numpy as np
 from msgspec.structs import replace
 
 from perception_worker.backend import open_network
+from perception_worker.frames import RenderedFrames, opened_by
 from perception_worker.models import OPENPOSE_MOBILENET_THIN
 from perception_worker.perceive import Perceiver
+from perception_worker.stopwatch import Clock
 from protocol import Handlers, Pool, Timeouts, logs, serve
 from protocol.camera import Camera, CameraPose, Intrinsics
-from protocol.config import PerceptionConfig, RunConfig, load_config
+from protocol.config import FrameEncoding, PerceptionConfig, RunConfig, load_config
 from protocol.enrolment import ADVERTISE_HELP, Enrolment, enrolment_of
 from protocol.errors import VantageError
 from protocol.exit_code import ExitCode, exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
-from protocol.frame import Frame
-from protocol.messages import Observe, Perceive, Render, Role
+from protocol.frame import ENCODINGS, Frame
+from protocol.messages import Observe, Perceive, Role
 from protocol.observation import FilterState, Observation
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import add_security_options, security_of
@@ -41,28 +45,38 @@ It is a share of the progress clock's time as well, so that nobody takes us for 
 class PerceptionHandlers:
     """Answers `Perceive` from the frame that it brings, and `Observe` from one that is rendered for it."""
 
-    def __init__(self, perceiver: Perceiver, renderers: Pool, *, render_deadline: float) -> None:
+    def __init__(
+        self,
+        perceiver: Perceiver,
+        renderers: Pool,
+        *,
+        render_deadline: float,
+        frames: FrameEncoding = "auto",
+        clock: Clock = time.perf_counter,
+    ) -> None:
         self._perceiver = perceiver
-        self._renderers = renderers
-        self._render_deadline = render_deadline
+        self._clock = clock
+        self._frames = RenderedFrames(renderers, deadline=render_deadline, encoding=frames, clock=clock)
 
     def perceive(self, request: Perceive) -> Observation:
-        """Estimate the pose in a frame at hand."""
-        return self._perceiver.perceive(request.frame, request.filter, heatmaps=request.heatmaps)
+        """Estimate the pose in a frame at hand.
+
+        Raises:
+            MalformedMessage, LimitExceeded: the frame is packed and can't be opened.
+        """
+        frame = opened_by(self._clock, request.frame)
+        return self._perceiver.perceive(frame, request.filter, heatmaps=request.heatmaps)
 
     def observe(self, request: Observe) -> Observation:
         """Have a scene rendered and estimate the pose in it.
 
         Raises:
             CallFailed: no render worker gave a frame; another try may.
+            MalformedMessage, LimitExceeded: the frame that one gave can't be opened.
         """
-        pending = self._renderers.submit(
-            Render(scene=request.scene, camera=request.camera, truth=request.truth), deadline=self._render_deadline
-        )
-        frame = pending.result()
+        frame = self._frames.fetch(request)
         observation = self._perceiver.perceive(frame, request.filter, heatmaps=request.heatmaps)
-        way_here = {"render": pending.timing.compute, "transport": pending.timing.transport}
-        return replace(observation, timings=way_here | frame.timings | observation.timings)
+        return replace(observation, timings=frame.timings | observation.timings)
 
     def table(self) -> Handlers:
         """Which function answers which request."""
@@ -103,7 +117,8 @@ def run(
             perceiver = Perceiver(open_network(perception), perception)
             _warm_up(perceiver)
             renderers.wait_any_ready()
-            return PerceptionHandlers(perceiver, renderers, render_deadline=render_deadline(timeouts)).table()
+            deadline = render_deadline(timeouts)
+            return PerceptionHandlers(perceiver, renderers, render_deadline=deadline, frames=perception.frames).table()
 
         serve(
             start,
@@ -139,6 +154,8 @@ def _capabilities(config: PerceptionConfig) -> dict[str, str]:
         "input": f"{config.rows}x{config.columns}",
         "precision": config.precision,
         "crop": config.crop,
+        # What a client may send in `Perceive`: an older worker does not know packed frames.
+        "frames": " ".join(ENCODINGS),
     }
 
 
@@ -150,11 +167,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.error("who draws the frames? Give --render, or --orchestrator to be told")
     logs.configure(Role.PERCEPTION)
     try:
-        config = RunConfig() if chosen.config is None else load_config(chosen.config)
-        if chosen.network is not None:
-            config = replace(config, perception=replace(config.perception, network=str(chosen.network)))
         run(
-            config,
+            _config(chosen),
             bind=chosen.bind,
             render=chosen.render,
             membership=enrolment_of(chosen),
@@ -167,6 +181,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _logger.error("%s", error)
         return exit_code_of(error)
     return ExitCode.DONE
+
+
+def _config(chosen: argparse.Namespace) -> RunConfig:
+    """The run's configuration, with what the command line says instead."""
+    config = RunConfig() if chosen.config is None else load_config(chosen.config)
+    instead = {"network": chosen.network and str(chosen.network), "frames": chosen.frames}
+    given = {name: value for name, value in instead.items() if value is not None}
+    return replace(config, perception=replace(config.perception, **given))
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -191,5 +213,11 @@ def _parser() -> argparse.ArgumentParser:
     add_security_options(parser)
     parser.add_argument("--config", type=Path, metavar="FILE", help="the run's configuration; the defaults without it")
     parser.add_argument("--network", type=Path, metavar="FILE", help="an ONNX file, in place of the configuration's")
+    parser.add_argument(
+        "--frames",
+        choices=get_args(FrameEncoding),
+        help="how frames come from render workers, in place of the configuration's: as they are (none), packed without "
+        "loss, as a JPEG, or lossless from other machines and none within this one (auto)",
+    )
     add_http_options(parser)
     return parser

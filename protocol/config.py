@@ -11,7 +11,9 @@ from msgspec import Meta, Struct, field
 
 from protocol.camera import DepthNoise
 from protocol.errors import InvalidConfig
+from protocol.frame import Encoding
 
+FrameEncoding: TypeAlias = Literal["auto", Encoding]
 Positive: TypeAlias = Annotated[float, Meta(gt=0)]
 NotNegative: TypeAlias = Annotated[float, Meta(ge=0)]
 Fraction: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
@@ -80,6 +82,8 @@ class PerceptionConfig(_Section, frozen=True):
         rows, columns: the network's input size, multiples of 8.
         crop: with `person`, a second pass on the part of the image where the first one found somebody.
         prefetch: requests in hand at once, so that one is rendered while another is inferred.
+        frames: how frames come from render workers: as they are (`none`), packed without loss, or as a JPEG, which
+            changes what is seen a little; `auto` is `lossless` from other machines and `none` within this one.
     """
 
     workers: Count = 1
@@ -92,6 +96,7 @@ class PerceptionConfig(_Section, frozen=True):
     crop: Literal["none", "person"] = "none"
     peak_threshold: Fraction = 0.1
     prefetch: Count = 2
+    frames: FrameEncoding = "auto"
 
 
 class CameraConfig(_Section, frozen=True):

@@ -54,7 +54,8 @@ class Observation(Reply, frozen=True, eq=False, kw_only=True):
         heatmaps: (19, rows, columns) the network's output, where it was asked for.
         heatmap_area: left, top, width and height, in pixels, of the part of the frame that the heatmaps cover.
         joints, visible: the truth that came with the frame, where it was asked for.
-        timings: seconds by stage: render, infer, decode, lift, qoe, filter, and transport between the workers.
+        timings: seconds by stage: render, infer, decode, lift, qoe, filter, and transport between the workers; pack and
+            unpack where the frame was packed for its way.
     """
 
     keypoints: Float64Array

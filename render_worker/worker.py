@@ -3,9 +3,12 @@
 import argparse
 import logging
 import os
+import time
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import RunConfig, load_config
@@ -13,8 +16,10 @@ from protocol.enrolment import ADVERTISE_HELP, Enrolment, enrolment_of
 from protocol.errors import VantageError
 from protocol.exit_code import ExitCode, exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
+from protocol.frame import Frame
 from protocol.logs import configure
 from protocol.messages import Render, Role, Sampled, SampleScene
+from protocol.packing import pack
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import add_security_options, security_of
 from protocol.server import Handlers, serve
@@ -83,7 +88,7 @@ def run(
         def start() -> Handlers:
             renderer = held.enter_context(closing(open_renderer(config.render)))
             _warm_up(renderer)
-            return {Render: renderer.render, SampleScene: answer_sample}
+            return {Render: lambda request: draw(request, renderer), SampleScene: answer_sample}
 
         serve(
             start,
@@ -96,6 +101,20 @@ def run(
             security=security,
             observer=observer,
         )
+
+
+def draw(request: Render, renderer: Renderer) -> Frame:
+    """The frame that was asked for, packed as it was asked for.
+
+    Raises:
+        InvalidInput: as `Renderer.render`.
+        LimitExceeded: the frame is too large to travel.
+    """
+    frame, begun = renderer.render(request), time.perf_counter()
+    packed = pack(frame, request.encoding)
+    if packed is frame:
+        return frame
+    return replace(packed, timings={**frame.timings, "pack": time.perf_counter() - begun})
 
 
 def answer_sample(request: SampleScene) -> Sampled:

@@ -19,6 +19,14 @@ def test_transport_is_that_of_both_hops() -> None:
     assert (times["render"], times["infer"]) == (0.02, 0.03)
 
 
+def test_packing_on_the_way_is_a_part_of_transport() -> None:
+    eyes = AnalyticEyes(deliver=lambda pending, seen: pending.succeed(seen, Timing(wall=0.1, compute=0.1)))
+    flight = take_off(EnvironmentConfig(), 0, eyes.sample(0, "train"))
+    look = eyes.look(flight.scene, camera_of(EnvironmentConfig(), flight), flight.filter)
+    look.result().timings.update(transport=0.001, pack=0.004, unpack=0.003)
+    assert times_of(look)["transport"] == pytest.approx(0.008)
+
+
 def test_stages_that_the_records_do_not_know_are_left_out() -> None:
     eyes = AnalyticEyes()
     flight = take_off(EnvironmentConfig(), 0, eyes.sample(0, "train"))

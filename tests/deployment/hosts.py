@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 NETWORK = "10.83.0"
-_SWITCH = "vantage-switch"
 
 
 def why_not() -> str | None:
@@ -23,15 +22,20 @@ def why_not() -> str | None:
 
 
 class Hosts:
-    """Hosts by name, each with an address; `close` ends their processes and removes them."""
+    """Hosts by name, each with an address; `close` ends their processes and removes them.
 
-    def __init__(self, names: Sequence[str]) -> None:
+    Whoever makes some takes away those that are left of the same `network`: two at the same time need two names.
+    """
+
+    def __init__(self, names: Sequence[str], network: str = "vantage") -> None:
+        self._network = network
+        self._switch = f"{network}-switch"
         self.addresses = {name: f"{NETWORK}.{number}" for number, name in enumerate(names, start=1)}
         self._processes: list[subprocess.Popen[str]] = []
         self._remove()
-        _ip("netns", "add", _SWITCH)
-        _ip("-n", _SWITCH, "link", "add", "switch", "type", "bridge")
-        _ip("-n", _SWITCH, "link", "set", "switch", "up")
+        _ip("netns", "add", self._switch)
+        _ip("-n", self._switch, "link", "add", "switch", "type", "bridge")
+        _ip("-n", self._switch, "link", "set", "switch", "up")
         for name in names:
             self._plug_in(name)
 
@@ -62,24 +66,24 @@ class Hosts:
         self._remove()
 
     def _on(self, host: str, command: Sequence[str]) -> list[str]:
-        return ["ip", "netns", "exec", _namespace(host), *command]
+        return ["ip", "netns", "exec", self._namespace(host), *command]
+
+    def _namespace(self, host: str) -> str:
+        return f"{self._network}-{host}"
 
     def _plug_in(self, name: str) -> None:
-        _ip("netns", "add", _namespace(name))
-        _ip("-n", _SWITCH, "link", "add", name, "type", "veth", "peer", "name", "eth0", "netns", _namespace(name))
-        _ip("-n", _SWITCH, "link", "set", name, "master", "switch", "up")
-        _ip("-n", _namespace(name), "addr", "add", f"{self.addresses[name]}/24", "dev", "eth0")
+        host = self._namespace(name)
+        _ip("netns", "add", host)
+        _ip("-n", self._switch, "link", "add", name, "type", "veth", "peer", "name", "eth0", "netns", host)
+        _ip("-n", self._switch, "link", "set", name, "master", "switch", "up")
+        _ip("-n", host, "addr", "add", f"{self.addresses[name]}/24", "dev", "eth0")
         for device in ("lo", "eth0"):
-            _ip("-n", _namespace(name), "link", "set", device, "up")
+            _ip("-n", host, "link", "set", device, "up")
 
     def _remove(self) -> None:
         """Remove them, also those that a killed test has left."""
-        for name in (*map(_namespace, self.addresses), _SWITCH):
+        for name in (*map(self._namespace, self.addresses), self._switch):
             subprocess.run(["ip", "netns", "del", name], capture_output=True)
-
-
-def _namespace(host: str) -> str:
-    return f"vantage-{host}"
 
 
 def _ip(*arguments: str) -> None:

@@ -116,6 +116,8 @@ def test_a_training_across_hosts_ends_as_one_on_this_machine(three_hosts, here, 
     (across / "config.toml").write_bytes((here / "config.toml").read_bytes())
     three_hosts.train(across)
     _assert_same(here, across)
+    # Also this is the same: frames were packed for their way, which on one machine they are not.
+    assert "frames are asked for as lossless" in three_hosts.log("perception")
 
 
 def test_a_stranger_is_answered_nothing_and_every_log_says_who_tried(three_hosts):

@@ -15,6 +15,7 @@ from protocol.exit_code import ExitCode
 from protocol.frame import Frame
 from protocol.messages import Observe, Perceive, Render, Role, State
 from protocol.observation import FilterState
+from protocol.packing import pack
 from protocol.skeleton import Joint
 from tests.perception_worker.drawn_maps import DrawnNetwork, person
 from tests.perception_worker.workers import CAMERA, PATIENCE, SCENE, running
@@ -159,6 +160,13 @@ def test_the_command_line_takes_a_port_for_monitors_and_nothing_else(capsys):
     assert "'somewhere' is no place to serve HTTP" in capsys.readouterr().err
 
 
+def test_the_command_line_knows_how_frames_may_come(capsys):
+    with pytest.raises(SystemExit) as ended_by:
+        main(["--bind", "ipc:///tmp/perception", "--render", "ipc:///tmp/render", "--frames", "png"])
+    assert ended_by.value.code == 2
+    assert "lossless" in capsys.readouterr().err
+
+
 def test_a_renderer_that_hangs_is_told_before_its_perceiver_seems_to():
     """Else both would be stuck for as long, and both would be killed."""
     for timeouts in (Timeouts(call=30.0, progress=20.0), Timeouts(call=10.0, progress=20.0)):
@@ -194,6 +202,25 @@ class TestProcess:
             assert observation.keypoints[Joint.NOSE] == pytest.approx([169, 94], abs=6)
             process.send_signal(signal.SIGTERM)
             assert process.wait(30) == 0
+
+    def test_asks_for_frames_as_the_command_line_says_or_else_the_configuration(self, addresses, tmp_path):
+        config, asked = tmp_path / "config.toml", []
+        config.write_text('[perception]\nframes = "jpeg"\n')
+
+        def note(request):
+            asked.append(request.encoding)
+            return pack(render(request), request.encoding)
+
+        with serving({Render: note}, addresses[0], role=Role.RENDER):
+            for options in ((), ("--frames", "lossless")):
+                arguments = (*self.arguments(addresses), "--config", config, *options)
+                with (
+                    running("perception_worker", *arguments),
+                    Client(addresses[1], role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENCE) as client,
+                ):
+                    assert client.wait_ready().capabilities["frames"] == "none lossless jpeg"
+                    client.call(OBSERVE)
+        assert asked == ["jpeg", "lossless"]
 
     def test_two_processes_give_the_same_bytes(self, addresses, photographer):
         results = []

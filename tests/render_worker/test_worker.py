@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import closing
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -14,10 +15,14 @@ from protocol.client import Client
 from protocol.errors import Rejected
 from protocol.exit_code import ExitCode
 from protocol.failpoint import Failpoints
+from protocol.frame import ENCODINGS
 from protocol.messages import Render, Role, SampleScene, State
+from protocol.packing import unpack
 from render_worker.scenes import sample_scene
-from render_worker.worker import answer_sample, main
+from render_worker.worker import answer_sample, draw, main
+from tests.protocol.pictures import smooth_frame
 from tests.protocol.registry import Registry
+from tests.protocol.sameness import same
 from tests.protocol.telemetry.monitors import free_endpoint, monitoring
 from tests.protocol.waiting import wait_until
 from tests.serving import serving
@@ -35,6 +40,17 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
 
 def test_a_scene_is_sampled_as_asked():
     assert answer_sample(SampleScene(seed=5, split="train")).scene == sample_scene(5, "train")
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+def test_a_frame_is_packed_by_whoever_draws_it_and_says_what_that_took(encoding):
+    picture = smooth_frame()
+    renderer = SimpleNamespace(render=lambda request: picture)
+    request = Render(scene=sample_scene(3, "test"), camera=picture.camera, encoding=encoding)
+    frame = draw(request, renderer)
+    assert frame.encoding == encoding
+    assert frame.timings.keys() == ({"render"} if encoding == "none" else {"render", "pack"})
+    assert unpack(frame).depth.tobytes() == picture.depth.tobytes()
 
 
 def test_importing_the_room_loads_no_opengl():
@@ -76,6 +92,22 @@ def test_a_worker_samples_and_draws_what_the_library_does(client, renderer, look
     np.testing.assert_array_equal(frame.rgb, expected.rgb)
     np.testing.assert_array_equal(frame.depth, expected.depth)
     np.testing.assert_array_equal(frame.visible, expected.visible)
+
+
+@pytest.mark.slow
+def test_a_frame_comes_as_it_was_asked_for(client, look_at):
+    scene = client.call(SampleScene(seed=3, split="test")).scene
+    plain, packed, jpeg = (
+        client.call(Render(scene=scene, camera=look_at(scene, 0, 3), truth=True, encoding=encoding))
+        for encoding in ("none", "lossless", "jpeg")
+    )
+    assert [frame.encoding for frame in (plain, packed, jpeg)] == ["none", "lossless", "jpeg"]
+    assert plain.timings.keys() == {"render"}
+    assert packed.timings.keys() == jpeg.timings.keys() == {"render", "pack"}
+    opened, seen = unpack(packed), unpack(jpeg)
+    assert same(msgspec.structs.replace(opened, timings={}), msgspec.structs.replace(plain, timings={}))
+    assert seen.depth.tobytes() == plain.depth.tobytes()
+    assert 0 < np.abs(seen.rgb.astype(int) - plain.rgb).mean() < 2
 
 
 @pytest.mark.slow

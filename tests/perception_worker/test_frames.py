@@ -1,0 +1,142 @@
+"""How frames come: packed where that is worth it, to the same bytes, and from workers that know nothing of it."""
+
+import time
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from perception_worker.frames import RenderedFrames, chosen, opened_by
+from perception_worker.perceive import Perceiver
+from perception_worker.worker import PerceptionHandlers
+from protocol import Client, Pool
+from protocol.config import PerceptionConfig
+from protocol.errors import MalformedMessage, Rejected
+from protocol.frame import ENCODINGS
+from protocol.messages import Observe, Perceive, Render, Role
+from protocol.observation import FilterState
+from protocol.packing import pack
+from tests.perception_worker.drawn_maps import DrawnNetwork, person
+from tests.perception_worker.workers import PATIENCE, SCENE
+from tests.protocol.pictures import smooth_frame
+from tests.protocol.sameness import same
+from tests.serving import serving
+
+PICTURE = smooth_frame(480, 640)
+OBSERVE = Observe(scene=SCENE, camera=PICTURE.camera, filter=FilterState.initial())
+HERE, THERE = "ipc:///tmp/render", "tcp://gpu-box:5601"
+
+
+def packs(request):
+    return pack(PICTURE, request.encoding)
+
+
+def knows_no_packing(request):
+    return PICTURE
+
+
+def packs_as_it_likes(request):
+    return pack(PICTURE, "jpeg")
+
+
+def packs_nonsense(request):
+    packed = pack(PICTURE, "lossless")
+    return replace(packed, packed=replace(packed.packed, depth=np.zeros(9, np.uint8)))
+
+
+@contextmanager
+def asking(handler, tmp_path, encoding):
+    address = f"ipc://{tmp_path}/render"
+    with (
+        serving({Render: handler}, address, role=Role.RENDER),
+        Pool([address], role=Role.PERCEPTION, serves=Role.RENDER, timeouts=PATIENCE) as pool,
+    ):
+        yield RenderedFrames(pool, deadline=20.0, encoding=encoding, clock=time.perf_counter)
+
+
+@pytest.mark.parametrize(
+    ("addresses", "encoding"),
+    [
+        ((), "none"),
+        ((HERE,), "none"),
+        (("tcp://127.0.0.1:5601", "tcp://localhost:5601", "tcp://[::1]:5601"), "none"),
+        ((THERE,), "lossless"),
+        (("tcp://10.0.0.7:5601",), "lossless"),
+        ((HERE, THERE), "lossless"),
+    ],
+    ids=str,
+)
+def test_left_to_us_frames_are_packed_without_loss_from_other_machines_only(addresses, encoding):
+    assert chosen("auto", addresses) == encoding
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+def test_what_was_told_holds_for_any_machine(encoding):
+    assert {chosen(encoding, (address,)) for address in (HERE, THERE)} == {encoding}
+
+
+@pytest.mark.parametrize("encoding", ["none", "lossless"])
+def test_a_frame_comes_to_the_bit(encoding, tmp_path):
+    with asking(packs, tmp_path, encoding) as frames:
+        frame = frames.fetch(OBSERVE)
+    assert same(replace(frame, timings=PICTURE.timings), PICTURE)
+
+
+def test_a_jpeg_is_asked_for_and_has_the_same_depth(tmp_path):
+    with asking(packs, tmp_path, "jpeg") as frames:
+        frame = frames.fetch(OBSERVE)
+    assert frame.rgb.tobytes() != PICTURE.rgb.tobytes()
+    assert frame.depth.tobytes() == PICTURE.depth.tobytes()
+
+
+@pytest.mark.parametrize("encoding", ["lossless", "jpeg"])
+def test_a_worker_that_knows_no_packing_answers_as_ever(encoding, tmp_path):
+    with asking(knows_no_packing, tmp_path, encoding) as frames:
+        assert same(replace(frames.fetch(OBSERVE), timings=PICTURE.timings), PICTURE)
+
+
+@pytest.mark.parametrize("encoding", ["none", "lossless"])
+def test_a_jpeg_that_nobody_asked_for_is_malformed(encoding, tmp_path):
+    with (
+        asking(packs_as_it_likes, tmp_path, encoding) as frames,
+        pytest.raises(MalformedMessage, match=f"came as jpeg, {encoding} was asked for"),
+    ):
+        frames.fetch(OBSERVE)
+
+
+def test_a_frame_that_can_not_be_opened_is_malformed(tmp_path):
+    with asking(packs_nonsense, tmp_path, "lossless") as frames, pytest.raises(MalformedMessage, match="packed depth"):
+        frames.fetch(OBSERVE)
+
+
+def test_what_packing_took_is_told_only_where_it_was_done(tmp_path):
+    with asking(packs, tmp_path, "lossless") as frames:
+        assert frames.fetch(OBSERVE).timings.keys() == {"render", "transport", "unpack"}
+    assert opened_by(time.perf_counter, PICTURE) is PICTURE
+
+
+class TestWorker:
+    @pytest.fixture
+    def client(self, tmp_path):
+        address, perceiver = f"ipc://{tmp_path}/perception", Perceiver(DrawnNetwork(person(20, 14)), PerceptionConfig())
+        with Pool([], role=Role.PERCEPTION, serves=Role.RENDER) as nobody:
+            handlers = PerceptionHandlers(perceiver, nobody, render_deadline=1.0).table()
+            with (
+                serving(handlers, address, role=Role.PERCEPTION),
+                Client(address, role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENCE) as client,
+            ):
+                yield client
+
+    def test_perceives_a_packed_frame_as_the_frame(self, client):
+        seen = [
+            client.call(Perceive(frame=frame, filter=FilterState.initial()))
+            for frame in (PICTURE, pack(PICTURE, "lossless"))
+        ]
+        assert same(*(replace(one, timings={}) for one in seen))
+
+    def test_refuses_a_frame_that_can_not_be_opened_and_goes_on(self, client):
+        with pytest.raises(Rejected, match="packed depth") as refused:
+            client.call(Perceive(frame=packs_nonsense(None), filter=FilterState.initial()))
+        assert (refused.value.code, refused.value.retryable) == ("malformed-message", False)
+        assert client.call(Perceive(frame=PICTURE, filter=FilterState.initial())).filter.seen.any()
