@@ -2,7 +2,7 @@
 # Installs the system libraries that rendering without a display needs, where they are missing and we may install them.
 set -eu
 
-packages="libegl1 libgl1-mesa-dri"
+packages="libegl1 libgl1 libgl1-mesa-dri"
 missing=""
 for package in $packages; do
     dpkg-query --show --showformat='${Status}' "$package" 2>/dev/null | grep -q "ok installed" || missing="$missing $package"

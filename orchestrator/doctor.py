@@ -147,7 +147,8 @@ def check_opengl() -> Check:
     return probe(
         "OpenGL over EGL",
         module_command("orchestrator.gl_probe"),
-        remedy="install a driver (Debian: apt-get install libegl1 libgl1-mesa-dri), then 'orchestrator doctor' again",
+        remedy="install a driver (Debian: apt-get install libegl1 libgl1 libgl1-mesa-dri), "
+        "then 'orchestrator doctor' again",
     )
 
 

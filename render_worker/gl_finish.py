@@ -21,7 +21,7 @@ def finish_function() -> Callable[[], None]:
         egl = ctypes.CDLL("libEGL.so.1")
     except OSError as error:
         raise Unavailable(
-            f"no EGL on this machine ({error}); on Debian: apt install libegl1 libgl1-mesa-dri"
+            f"no EGL on this machine ({error}); on Debian: apt install libegl1 libgl1 libgl1-mesa-dri"
         ) from error
     egl.eglGetProcAddress.restype = ctypes.c_void_p
     egl.eglGetProcAddress.argtypes = [ctypes.c_char_p]

@@ -270,7 +270,8 @@ def _open_context(threads: int) -> "Context":
         context = moderngl.create_context(require=330, standalone=True, **settings)
     except Exception as error:
         raise Unavailable(
-            f"no OpenGL 3.3 through EGL on this machine ({error}); on Debian: apt install libegl1 libgl1-mesa-dri"
+            f"no OpenGL 3.3 through EGL on this machine ({error}); "
+            "on Debian: apt install libegl1 libgl1 libgl1-mesa-dri"
         ) from error
     context.gc_mode = "context_gc"
     return context
