@@ -7,10 +7,10 @@ EXTRAS := render,perception,agent,orchestrator,bake,dev
 CONFIG ?= configs/quickstart.toml
 
 .DEFAULT_GOAL := help
-.PHONY: help setup train test check check-code check-tests benchmark doctor clean
+.PHONY: help setup train test test-docker check check-aarch64 check-code check-tests benchmark doctor clean
 
 help: ## show this list
-	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
+	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-14s %s\n", $$1, $$2}'
 
 setup: $(INSTALLED) ## virtual environment, system packages, pose network, bodies
 	@$(BIN)/orchestrator models pull
@@ -29,6 +29,12 @@ train: setup ## train on real renders and print the evaluation (CONFIG=configs/q
 
 test: setup ## every test, real processes included
 	$(BIN)/python -m pytest
+
+test-docker: setup ## images, compose and containers on a real engine, if one can be had
+	$(BIN)/python -m pytest -m docker -rs tests/docker
+
+check-aarch64: $(INSTALLED) ## whether all that the perception image needs has a wheel for a Jetson
+	$(BIN)/python docker/check_aarch64.py
 
 check: $(INSTALLED) ## style, types, architecture and the quick tests, in under a minute
 	@# Side by side: types are one thread's work, and tests wait for sockets and processes.
