@@ -46,6 +46,7 @@ log_every = 8
 checkpoint_every = 8
 """
 JOURNAL_ROWS, DRONES = 28, 2
+CLOCK_FAR_OFF, TEN_YEARS = str(Path(__file__).parent / "clock_far_off"), 10 * 365 * 86400
 PATIENCE = 120.0
 
 
@@ -317,6 +318,20 @@ def test_and_also_if_a_worker_is_away_for_longer_than_a_call_may_take(real_site,
     assert report(run)["steps"] == 40
     ends_well(host)
     are_dismissed(render, perception)
+    assert same(alone, real_site.run.path)
+
+
+def test_and_also_if_the_workers_clocks_are_ten_years_off(real_site, alone, monkeypatch):
+    host = real_site.host()
+    with monkeypatch.context() as elsewhere:
+        elsewhere.setenv("PYTHONPATH", os.pathsep.join(filter(None, [CLOCK_FAR_OFF, os.environ.get("PYTHONPATH")])))
+        workers = real_site.workers()
+    assert report(real_site.train("--no-evaluate"))["restarts"] == {}
+    ends_well(host)
+    for worker in workers:
+        code, _, log = ended(worker)
+        assert code == 0, log
+        assert json.loads(log.splitlines()[0])["time"] > time.time() + TEN_YEARS / 2
     assert same(alone, real_site.run.path)
 
 
