@@ -71,6 +71,7 @@ def test_nothing_is_evaluated_before_there_are_weights(run: Path) -> None:
         evaluate_run(run, Workers(("ipc://x",), ("ipc://y",)), episodes=1, names=("sac",))
 
 
+@pytest.mark.slow
 def test_weights_of_another_configuration_are_refused(run: Path, tmp_path: Path) -> None:
     with analytic_workers(tmp_path) as workers:
         train_run(run, workers)

@@ -96,6 +96,7 @@ def test_returns_stop_at_the_end_of_a_flight() -> None:
     assert returns[:, 1] == pytest.approx([*crashed, *tail[1]], abs=1e-4)
 
 
+@pytest.mark.slow
 def test_it_learns_what_pays() -> None:
     """Rewards for flying up, whatever is seen: the mean velocity turns upwards."""
     config = PpoConfig(hidden=(16,), rollout=32, epochs=8, minibatches=2, discount=0.0, learning_rate=1e-2)

@@ -31,6 +31,7 @@ def test_the_same_seed_learns_the_same() -> None:
 
 @pytest.mark.parametrize("at_once", [1, 5, 1000])
 @pytest.mark.parametrize("steps", [10, 16, 23])
+@pytest.mark.slow
 def test_a_learner_restored_goes_on_to_the_bit(steps: int, at_once: int) -> None:
     """The memory holds 16 steps of two drones: it is not yet full, just full, and has begun anew."""
     straight, flock = learner(), Flock()

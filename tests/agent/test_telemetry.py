@@ -42,6 +42,7 @@ def watched(workers: Workers, checkpoints: Path):
         yield connections, observer, monitor
 
 
+@pytest.mark.slow
 def test_it_is_ready_while_it_flies_and_has_one_worker_of_each_role(tmp_path: Path) -> None:
     render, perception = f"ipc://{tmp_path}/render", f"ipc://{tmp_path}/perception"
     with watched(Workers((render,), (perception,)), tmp_path) as (_, observer, monitor):

@@ -36,6 +36,7 @@ def test_nobody_is_left_behind_whatever_happens_inside(tmp_path, python_launch):
     assert [process.is_running for process in fleet.processes] == [False, False]
 
 
+@pytest.mark.slow
 def test_agents_end_before_the_workers_that_they_need(tmp_path, wait_until):
     order = tmp_path / "order"
 

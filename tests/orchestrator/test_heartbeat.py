@@ -85,6 +85,7 @@ def test_a_stopped_worker_becomes_silent_and_wakes_up_again(start, wait_until):
         wait_until(lambda: heartbeat.beat().state == "ready")
 
 
+@pytest.mark.slow
 def test_a_killed_worker_is_not_running(start, wait_until):
     record = start("serves_nothing")
     with Heartbeat(record, FAST) as heartbeat:
@@ -93,6 +94,7 @@ def test_a_killed_worker_is_not_running(start, wait_until):
         wait_until(lambda: heartbeat.beat().state == "not running")
 
 
+@pytest.mark.slow
 def test_a_worker_of_another_role_is_refused(start, wait_until):
     with Heartbeat(start("serves_nothing", Role.PERCEPTION), FAST) as heartbeat:
 

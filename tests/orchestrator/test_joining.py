@@ -113,6 +113,7 @@ def test_the_end_of_a_run_is_told(hub):
         assert hub.table.is_over()
 
 
+@pytest.mark.slow
 def test_a_host_that_was_killed_right_then_is_told_when_it_is_back(hub):
     shown = []
 

@@ -57,6 +57,7 @@ def test_workers_are_ready_when_they_say_so(session, fleet, display, worker_laun
     assert display.snapshots[0].activity == "waiting for render-0, render-1"
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_at_the_start_is_quoted(session, worker_launch):
     with pytest.raises(ProcessFailed, match=r"render-0 ended with exit code 2: bodies-v1.npz is missing"):
         session.start_workers([worker_launch("dies_at_start"), worker_launch("never_gets_ready", "render-1")])
@@ -68,6 +69,7 @@ def test_a_request_to_stop_ends_the_wait_for_workers(session, display, stop, wor
         session.start_workers([worker_launch("never_gets_ready")])
 
 
+@pytest.mark.slow
 def test_an_agent_is_waited_for(session, fleet, display, python_launch):
     session.run(python_launch("import time; time.sleep(0.3)", "agent", Role.AGENT), "training", done)
     assert fleet.processes[0].exit_code == 0

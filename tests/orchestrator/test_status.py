@@ -66,6 +66,7 @@ def test_a_dead_run_is_not_running_and_keeps_its_last_word(run, worker):
     assert "not running" in text_of(status).splitlines()[0]
 
 
+@pytest.mark.slow
 def test_a_run_whose_orchestrator_was_killed_is_abandoned(run, worker, wait_until):
     run.write_processes([record_of(worker)])
     wait_until(lambda: run_status(run, patience=1.0).workers[0].state == "ready")

@@ -82,6 +82,7 @@ def asking(launch: Launch) -> Client:
     return Client(str(launch.address), role=Role.AGENT, timeouts=FAST)
 
 
+@pytest.mark.slow
 def test_a_killed_worker_is_started_again_at_its_address(care, launch):
     cared = care()
     first = cared.start_ready(launch("serves_nothing"))
@@ -263,6 +264,7 @@ def test_an_agent_that_fails_after_its_work_was_written_is_started_again(care):
     assert not cared.supervisor.is_over("agent")
 
 
+@pytest.mark.slow
 def test_what_was_left_behind_is_taken_up_and_looked_after(care, launch, tmp_path):
     wanted = launch("serves_nothing")
     earlier = WorkerProcess.start(wanted, tmp_path / "render-0.jsonl", {})

@@ -72,6 +72,7 @@ def test_the_words_of_an_earlier_process_are_not_taken_for_this_ones(tmp_path, p
     assert process.log.read_text() == "earlier\n"
 
 
+@pytest.mark.slow
 def test_a_stopped_process_can_be_asked_to_stop(tmp_path, worker_launch, wait_until):
     process = started(worker_launch("serves_nothing"), tmp_path)
     with Client(str(process.launch.address), role=Role.ORCHESTRATOR) as client:

@@ -128,6 +128,7 @@ class TestWorker:
             ):
                 yield client
 
+    @pytest.mark.slow
     def test_perceives_a_packed_frame_as_the_frame(self, client):
         seen = [
             client.call(Perceive(frame=frame, filter=FilterState.initial()))
@@ -135,6 +136,7 @@ class TestWorker:
         ]
         assert same(*(replace(one, timings={}) for one in seen))
 
+    @pytest.mark.slow
     def test_refuses_a_frame_that_can_not_be_opened_and_goes_on(self, client):
         with pytest.raises(Rejected, match="packed depth") as refused:
             client.call(Perceive(frame=packs_nonsense(None), filter=FilterState.initial()))

@@ -89,6 +89,7 @@ class TestObserve:
         assert timings["render"] == 0.125
         assert all(seconds > 0 for seconds in timings.values())
 
+    @pytest.mark.slow
     def test_is_perceive_of_the_same_frame(self, client):
         observed = client.call(OBSERVE)
         frame = render(Render(scene=SCENE, camera=CAMERA))

@@ -247,6 +247,7 @@ def test_a_failure_that_may_pass_is_tried_again(address):
         assert client.statistics.retries == 2
 
 
+@pytest.mark.slow
 def test_a_failure_that_does_not_pass_is_named_at_the_deadline(address):
     def sample(request: SampleScene):
         raise WorkerLost("the renderer is gone")

@@ -166,6 +166,7 @@ class TestParents:
             pool.watch()
             yield pool
 
+    @pytest.mark.slow
     def test_one_without_children_is_not_at_work_for_its_own_parent(self, parents, child):
         def standings() -> list[tuple[bool, str]]:
             return [(one.at_work, one.reason) for one in parents.standings()]
@@ -178,6 +179,7 @@ class TestParents:
         assert [pong.lacks for pong in parents.ping()] == [(Role.RENDER,), (Role.RENDER,)]
         assert lacking({Role.PERCEPTION: parents}) == (Role.PERCEPTION,)
 
+    @pytest.mark.slow
     def test_one_without_children_is_asked_last(self, parents, child, addresses):
         with serving(child):
             wait_until(lambda: [one.at_work for one in parents.standings()] == [False, True])

@@ -53,12 +53,14 @@ def test_garbage_comes_through_to_the_worker_and_ends_nobody(rehearsed, worker):
     assert is_alive(worker)
 
 
+@pytest.mark.slow
 def test_bare_bytes_get_as_far_as_to_be_taken_for_a_message(rehearsed, worker):
     before = pong_of(worker)
     talk(worker.address, iter([(GREETING, READY, b"\x00\x01?")]))
     rehearsed.wait(lambda: pong_of(worker).malformed == before.malformed + 1, "it was counted")
 
 
+@pytest.mark.slow
 def test_oversized_messages_come_through_to_the_worker_and_end_nobody(rehearsed, worker):
     before = pong_of(worker)
     send_messages(worker.address, oversized_messages())

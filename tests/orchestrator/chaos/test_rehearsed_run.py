@@ -14,6 +14,7 @@ from protocol.config import TimeoutsConfig
 from protocol.messages import Role
 
 
+@pytest.mark.slow
 def test_an_orchestrator_that_gives_up_is_quoted(tmp_path):
     config = tmp_path / "c.toml"
     config.write_text("[training]\nstepps = 3\n")

@@ -53,6 +53,7 @@ def test_a_run_that_was_interrupted_is_flown_anew(directory, ask):
     assert not directory.config_path.exists()
 
 
+@pytest.mark.slow
 def test_a_run_that_somebody_else_flies_is_left_alone(directory, ask):
     with directory.lock(), pytest.raises(RunBusy):
         ask()

@@ -190,6 +190,7 @@ class TestWithout:
         with worker_telemetry(None, About(role=Role.RENDER, name="r")) as observer:
             assert observer is NOBODY
 
+    @pytest.mark.slow
     def test_no_library_for_it_is_loaded(self):
         program = (
             "import sys\n"
@@ -210,6 +211,7 @@ class TestWithout:
         with pytest.raises(Unavailable, match="needs uvicorn"), worker_telemetry(free_endpoint(), about):
             pass
 
+    @pytest.mark.slow
     def test_a_port_in_use_ends_it_before_anything_is_loaded(self, address):
         at = free_endpoint()
         about = About(role=Role.RENDER, name="r")
