@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from rich.console import Console
 
 from orchestrator.live_display import Display, Snapshot, open_display
+from orchestrator.run_log import logging_to
 from protocol.logs import JsonLines
 from protocol.messages import Role
 
@@ -34,12 +35,5 @@ def open_host_display(console: Console) -> Generator[Display]:
 def _log_to_stderr(formatter: logging.Formatter) -> Generator[None]:
     handler = logging.StreamHandler()
     handler.setFormatter(formatter)
-    root = logging.getLogger()
-    level = root.level
-    root.addHandler(handler)
-    root.setLevel(logging.INFO)
-    try:
+    with logging_to(handler):
         yield
-    finally:
-        root.setLevel(level)
-        root.removeHandler(handler)

@@ -15,6 +15,13 @@ def run_log(path: Path) -> Generator[None]:
     path.parent.mkdir(parents=True, exist_ok=True)
     handler = logging.FileHandler(path, encoding="utf-8")
     handler.setFormatter(JsonLines(Role.ORCHESTRATOR))
+    with logging_to(handler):
+        yield
+
+
+@contextmanager
+def logging_to(handler: logging.Handler) -> Generator[None]:
+    """Have a handler take what is logged, from INFO on; it is closed in the end."""
     root = logging.getLogger()
     level = root.level
     root.addHandler(handler)
