@@ -41,13 +41,21 @@ class Swarm:
         self.engine.docker("node", "update", *(word for label in LABELS for word in ("--label-add", label)), node)
 
     def remove(self) -> None:
-        """Remove the stack, the swarm and the run."""
-        self.engine.run("stack", "rm", "--detach=false", "swarm")
+        """Remove the stack, the swarm and the run.
+
+        The wait is ours: `stack rm --detach=false` counts its own polls up to the number of tasks, and goes on for
+        ever where that number sinks past the count (docker/cli#7304).
+        """
+        if self.engine.run("stack", "rm", "--detach=true", "swarm").returncode == 0:
+            wait(lambda: not self._containers(), "the end of the stack's containers")
         self.engine.run("swarm", "leave", "--force")
-        left = self.engine.docker("ps", "--all", "--quiet", "--filter", "label=com.docker.stack.namespace=swarm")
-        if left:
-            self.engine.run("rm", "--force", *left.split())
+        if left := self._containers():
+            self.engine.run("rm", "--force", *left)
         self.engine.run("volume", "rm", "--force", "swarm_runs", "swarm_cache")
+
+    def _containers(self) -> list[str]:
+        stack = "label=com.docker.stack.namespace=swarm"
+        return self.engine.docker("ps", "--all", "--quiet", "--filter", stack).split()
 
     def states(self) -> dict[str, str]:
         """In which state the newest task of each service is: its first word, such as `Running` or `Complete`."""
