@@ -1,22 +1,91 @@
 """From keypoints in the picture to points in the world (seed, section 3.2).
 
 A keypoint can be *seen* in the picture and still not be *located* in space: where the depth around it is missing or out
-of the sensor's range.
+of the sensor's range. What of the depths around it is the joint's is a choice: the seed's mean mixes a thin arm with
+the wall behind it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from protocol.arrays import AnyArray, Float64Array
 from protocol.camera import Camera, back_project
+from protocol.observation import Lifting
 
 NEAREST, FARTHEST = 1.5, 15.0
 """Metres. Depth outside of this range is not believed."""
 
+NEAR_QUANTILE = 0.25
+"""Where the surface in front is looked for among the depths: a few stray ones nearer than it are passed over."""
+
+SURFACE_DEPTH = 0.3
+"""Metres. What is this much nearer or farther belongs to another surface."""
+
 _REACH = 3
 _OFFSETS = np.arange(-_REACH, _REACH + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """The depths in the 7×7 pixels around each of n keypoints.
+
+    Attributes:
+        depths: (n, 49) metres, rising; those that are not believed come last, as infinity.
+        count: (n,) how many are believed.
+    """
+
+    depths: Float64Array
+    count: NDArray[np.int64]
+
+    @property
+    def spread(self) -> Float64Array:
+        """(n,) metres between the nearest and the farthest believed depth; NaN where there is none."""
+        return self._at(self.count - 1) - self._at(np.zeros_like(self.count))
+
+    def quantile(self, share: float) -> Float64Array:
+        """(n,) the believed depth below which `share` of the others are, the lower where it lies between two."""
+        return self._at(np.floor(share * (self.count - 1)).astype(np.int64))
+
+    def mean(self, *, nearest: Float64Array | float = 0.0, farthest: Float64Array | float = FARTHEST) -> Float64Array:
+        """(n,) mean of the believed depths from `nearest` to `farthest`; NaN where there is none."""
+        lowest, highest = np.expand_dims(nearest, -1), np.expand_dims(farthest, -1)
+        taken = (self.depths >= lowest) & (self.depths <= highest)
+        count = taken.sum(axis=1)
+        total = np.where(taken, self.depths, 0.0).sum(axis=1)
+        return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+    def _at(self, index: NDArray[np.int64]) -> Float64Array:
+        depth = np.take_along_axis(self.depths, np.maximum(index, 0)[:, None], axis=1)[:, 0]
+        return np.where(self.count > 0, depth, np.nan)
+
+
+def mean_depth(windows: Windows) -> Float64Array:
+    """(n,) metres: the mean of all (seed, section 3.2)."""
+    return windows.mean()
+
+
+def median_depth(windows: Windows) -> Float64Array:
+    """(n,) metres: the median, the mean of the middle two where their number is even."""
+    below = windows.quantile(0.5)
+    above = windows._at(windows.count // 2)
+    return (below + above) / 2
+
+
+def nearest_depth(windows: Windows) -> Float64Array:
+    """(n,) metres: the mean of the surface in front, which is what lies about the depth at the lower quartile."""
+    front = windows.quantile(NEAR_QUANTILE)
+    return windows.mean(nearest=front - SURFACE_DEPTH, farthest=front + SURFACE_DEPTH)
+
+
+LIFTINGS: Mapping[Lifting, Callable[[Windows], Float64Array]] = {
+    "mean": mean_depth,
+    "median": median_depth,
+    "nearest": nearest_depth,
+}
+"""The depth that each choice takes out of a window."""
 
 
 def patch_depth(depth: ArrayLike, pixel_xy: Sequence[float]) -> float:
@@ -31,14 +100,14 @@ def patch_depth(depth: ArrayLike, pixel_xy: Sequence[float]) -> float:
 
     Source: seed, section 3.2.
     """
-    return float(_patch_depths(np.asarray(depth), np.asarray([pixel_xy], dtype=np.float64))[0])
+    return float(mean_depth(windows_around(np.asarray(depth), np.asarray([pixel_xy], dtype=np.float64)))[0])
 
 
-def lift(depth: AnyArray, keypoints: Float64Array, camera: Camera) -> Float64Array:
+def lift(windows: Windows, keypoints: Float64Array, camera: Camera, lifting: Lifting = "mean") -> Float64Array:
     """Place keypoints in the world by the depth around them.
 
     Args:
-        depth: (height, width) metres along the view.
+        windows: what `windows_around` found around each.
         keypoints: (n, 2) pixels x and y, NaN where there is none.
         camera: what the depth was taken with.
 
@@ -47,20 +116,25 @@ def lift(depth: AnyArray, keypoints: Float64Array, camera: Camera) -> Float64Arr
 
     Source: seed, section 3.2.
     """
-    return back_project(keypoints, _patch_depths(depth, keypoints), camera)
+    return back_project(keypoints, LIFTINGS[lifting](windows), camera)
 
 
-def _patch_depths(depth: AnyArray, pixels: Float64Array) -> Float64Array:
+def windows_around(depth: AnyArray, keypoints: Float64Array) -> Windows:
+    """The believed depths around keypoints.
+
+    Args:
+        depth: (height, width) metres along the view.
+        keypoints: (n, 2) pixels x and y, NaN where there is none.
+    """
     height, width = depth.shape
-    known = np.all(np.isfinite(pixels), axis=1)
+    known = np.all(np.isfinite(keypoints), axis=1)
     # Far outside of the picture is as good as anywhere outside, and fits an integer.
-    centres = np.clip(np.where(known[:, None], pixels, -1e6), -1e6, 1e6)
+    centres = np.clip(np.where(known[:, None], keypoints, -1e6), -1e6, 1e6)
     columns, rows = np.floor(centres + 0.5).astype(np.int64).T
     rows, columns = rows[:, None, None] + _OFFSETS[:, None], columns[:, None, None] + _OFFSETS
     values = depth[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)].astype(np.float64)
     inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
     # A comparison with NaN is false, so what is not finite falls out with what is out of range.
-    valid = inside & (values >= NEAREST) & (values <= FARTHEST)
-    count = valid.sum(axis=(1, 2))
-    total = np.where(valid, values, 0.0).sum(axis=(1, 2))
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    believed = (inside & (values >= NEAREST) & (values <= FARTHEST)).reshape(len(keypoints), -1)
+    depths = np.sort(np.where(believed, values.reshape(believed.shape), np.inf), axis=1)
+    return Windows(depths, believed.sum(axis=1))

@@ -1,22 +1,25 @@
 """A frame and a filter in, an observation out: the whole pipeline, without a socket."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from perception_worker import kalman
 from perception_worker.decoding import decode
-from perception_worker.lifting import lift
+from perception_worker.lifting import Windows, lift, windows_around
 from perception_worker.network import Network, NetworkOutput
-from perception_worker.qoe import heatmap_cell, quality_of_estimation
+from perception_worker.qoe import Quality, distance_quality, heatmap_cell, quality_of_estimation
 from perception_worker.region import Region, around_person
 from perception_worker.stopwatch import Clock, Stopwatch
 from protocol.arrays import Float64Array, UInt8Array
-from protocol.config import PerceptionConfig
+from protocol.camera import Camera
+from protocol.config import PerceptionConfig, Profile, settled
 from protocol.frame import Frame
-from protocol.observation import FilterState, Observation
+from protocol.observation import FilterState, Lifting, Observation, Reading
 from protocol.skeleton import JOINT_COUNT
 
 LEAST_TO_CROP = 3
@@ -35,19 +38,31 @@ class _Sight:
 class Perceiver:
     """Estimates one person's pose and how sure it is; may be called by several threads at once."""
 
-    def __init__(self, network: Network, config: PerceptionConfig, *, clock: Clock = time.perf_counter) -> None:
+    def __init__(
+        self,
+        network: Network,
+        config: PerceptionConfig,
+        *,
+        profile: Profile = "vantage",
+        clock: Clock = time.perf_counter,
+    ) -> None:
+        config = settled(config, profile)
         self._network = network
+        self._lifting: Lifting = cast("Lifting", config.lifting)
         self._threshold = config.peak_threshold
         self._crop = config.crop
         self._clock = clock
 
-    def perceive(self, frame: Frame, filter_state: FilterState, *, heatmaps: bool = False) -> Observation:
+    def perceive(
+        self, frame: Frame, filter_state: FilterState, *, heatmaps: bool = False, liftings: Sequence[Lifting] = ()
+    ) -> Observation:
         """Estimate the pose in a frame.
 
         Args:
             frame: an RGB-D picture; its true joints, where it has any, are passed on.
             filter_state: the filter before this frame.
             heatmaps: whether the observation is to carry the network's heatmaps.
+            liftings: ways of lifting whose readings it is to carry.
 
         Returns:
             The observation; where nobody is found, all joints are NaN, all qualities 0 and the filter saw nothing.
@@ -55,7 +70,8 @@ class Perceiver:
         watch = Stopwatch(self._clock)
         sight = self._look(frame.rgb, watch)
         with watch.stage("lift"):
-            points = lift(frame.depth, sight.keypoints, frame.camera)
+            windows = windows_around(frame.depth, sight.keypoints)
+            points = lift(windows, sight.keypoints, frame.camera, self._lifting)
         with watch.stage("qoe"):
             quality = quality_of_estimation(sight.output.heatmaps, _cells(sight), points)
         with watch.stage("filter"):
@@ -73,6 +89,8 @@ class Perceiver:
             joints=frame.joints,
             visible=frame.visible,
             timings=watch.seconds,
+            spread=windows.spread,
+            readings={one: _read(one, windows, sight, quality, frame.camera) for one in liftings},
         )
 
     def _look(self, rgb: UInt8Array, watch: Stopwatch) -> _Sight:
@@ -94,6 +112,12 @@ class Perceiver:
             cells = decode(output, self._threshold)
             keypoints = region.pixels(cells, output.heatmaps.shape[1:])
         return _Sight(region, output, keypoints)
+
+
+def _read(lifting: Lifting, windows: Windows, sight: _Sight, quality: Quality, camera: Camera) -> Reading:
+    points = lift(windows, sight.keypoints, camera, lifting)
+    distance = distance_quality(points)
+    return Reading(points=points, distance=distance, quality=(quality.mass + quality.height + distance) / 3)
 
 
 def _found(sight: _Sight) -> int:

@@ -14,12 +14,13 @@ from msgspec.structs import replace
 
 from perception_worker.backend import open_network
 from perception_worker.frames import RenderedFrames, opened_by
+from perception_worker.lifting import LIFTINGS
 from perception_worker.models import OPENPOSE_MOBILENET_THIN
 from perception_worker.perceive import Perceiver
 from perception_worker.stopwatch import Clock
 from protocol import Handlers, Pool, Timeouts, logs, serve
 from protocol.camera import Camera, CameraPose, Intrinsics
-from protocol.config import FrameEncoding, PerceptionConfig, RunConfig, load_config
+from protocol.config import FrameEncoding, PerceptionConfig, RunConfig, load_config, settled
 from protocol.enrolment import ADVERTISE_HELP, Enrolment, enrolment_of
 from protocol.errors import VantageError
 from protocol.exit_code import ExitCode, exit_code_of
@@ -65,7 +66,7 @@ class PerceptionHandlers:
             MalformedMessage, LimitExceeded: the frame is packed and can't be opened.
         """
         frame = opened_by(self._clock, request.frame)
-        return self._perceiver.perceive(frame, request.filter, heatmaps=request.heatmaps)
+        return self._estimate(frame, request)
 
     def observe(self, request: Observe) -> Observation:
         """Have a scene rendered and estimate the pose in it.
@@ -75,8 +76,11 @@ class PerceptionHandlers:
             MalformedMessage, LimitExceeded: the frame that one gave can't be opened.
         """
         frame = self._frames.fetch(request)
-        observation = self._perceiver.perceive(frame, request.filter, heatmaps=request.heatmaps)
+        observation = self._estimate(frame, request)
         return replace(observation, timings=frame.timings | observation.timings)
+
+    def _estimate(self, frame: Frame, request: Perceive | Observe) -> Observation:
+        return self._perceiver.perceive(frame, request.filter, heatmaps=request.heatmaps, liftings=request.liftings)
 
     def table(self) -> Handlers:
         """Which function answers which request."""
@@ -104,7 +108,7 @@ def run(
     """
     timeouts = Timeouts.from_config(config.timeouts)
     perception = config.perception
-    capabilities = _capabilities(perception)
+    capabilities = _capabilities(settled(perception, config.profile))
     about = About(role=Role.PERCEPTION, name=name, serves=(bind,), capabilities=capabilities)
     with (
         Pool(render, role=Role.PERCEPTION, serves=Role.RENDER, timeouts=timeouts, security=security) as renderers,
@@ -114,7 +118,7 @@ def run(
         def start() -> Handlers:
             # The frames in hand are the parallel work; OpenCV's own threads would only contend for the same cores.
             cv2.setNumThreads(1)
-            perceiver = Perceiver(open_network(perception), perception)
+            perceiver = Perceiver(open_network(perception), perception, profile=config.profile)
             _warm_up(perceiver)
             renderers.wait_any_ready()
             deadline = render_deadline(timeouts)
@@ -154,6 +158,9 @@ def _capabilities(config: PerceptionConfig) -> dict[str, str]:
         "input": f"{config.rows}x{config.columns}",
         "precision": config.precision,
         "crop": config.crop,
+        "lifting": config.lifting,
+        # What a client may ask to be read along.
+        "liftings": " ".join(LIFTINGS),
         # What a client may send in `Perceive`: an older worker does not know packed frames.
         "frames": " ".join(ENCODINGS),
     }

@@ -8,12 +8,15 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 from msgspec import Meta, Struct, field
+from msgspec.structs import replace
 
 from protocol.camera import DepthNoise
 from protocol.errors import InvalidConfig
 from protocol.frame import Encoding
+from protocol.observation import Lifting
 
 FrameEncoding: TypeAlias = Literal["auto", Encoding]
+Profile: TypeAlias = Literal["thesis", "vantage"]
 Positive: TypeAlias = Annotated[float, Meta(gt=0)]
 NotNegative: TypeAlias = Annotated[float, Meta(ge=0)]
 Fraction: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
@@ -81,6 +84,9 @@ class PerceptionConfig(_Section, frozen=True):
         precision: OpenVINO's; left to itself it would pick by the CPU, and the heatmaps would change.
         rows, columns: the network's input size, multiples of 8.
         crop: with `person`, a second pass on the part of the image where the first one found somebody.
+        lifting: what of the depths around a keypoint is the joint's; `auto` is the profile's.
+        calibration: what tells expected errors and radii: a file, `none`, or with `auto` the one that ships for
+            this network and way of lifting, if there is one.
         prefetch: requests in hand at once, so that one is rendered while another is inferred.
         frames: how frames come from render workers: as they are (`none`), packed without loss, or as a JPEG, which
             changes what is seen a little; `auto` is `lossless` from other machines and `none` within this one.
@@ -95,6 +101,8 @@ class PerceptionConfig(_Section, frozen=True):
     columns: Annotated[int, Meta(ge=64, le=2048, multiple_of=8)] = 320
     crop: Literal["none", "person"] = "none"
     peak_threshold: Fraction = 0.1
+    lifting: Literal["auto", Lifting] = "auto"
+    calibration: str = "auto"
     prefetch: Count = 2
     frames: FrameEncoding = "auto"
 
@@ -220,9 +228,14 @@ class EvaluationConfig(_Section, frozen=True):
 
 
 class RunConfig(_Section, frozen=True):
-    """All that a run depends on, but the machines it runs on."""
+    """All that a run depends on, but the machines it runs on.
+
+    Attributes:
+        profile: whose choices count where a field is left at `auto`: the seed's, or ours where they measured better.
+    """
 
     seed: Annotated[int, Meta(ge=0, lt=2**31)] = 0
+    profile: Profile = "vantage"
     timeouts: TimeoutsConfig = TimeoutsConfig()
     supervision: SupervisionConfig = SupervisionConfig()
     render: RenderConfig = RenderConfig()
@@ -231,6 +244,19 @@ class RunConfig(_Section, frozen=True):
     learner: LearnerConfig = LearnerConfig()
     training: TrainingConfig = field(default_factory=TrainingConfig)
     evaluation: EvaluationConfig = field(default_factory=EvaluationConfig)
+
+
+_PERCEPTION: dict[Profile, dict[str, str]] = {
+    "thesis": {"lifting": "mean"},
+    "vantage": {"lifting": "nearest"},
+}
+
+
+def settled(config: PerceptionConfig, profile: Profile) -> PerceptionConfig:
+    """Perception with the profile's choices where they are left to it."""
+    return replace(
+        config, **{name: own for name, own in _PERCEPTION[profile].items() if getattr(config, name) == "auto"}
+    )
 
 
 def load_config(path: Path) -> RunConfig:

@@ -23,7 +23,7 @@ class Limits(Struct, frozen=True, kw_only=True):
     body_bytes: int = MIB
     array_bytes: int = 64 * MIB
     message_bytes: int = 160 * MIB
-    arrays: int = 16
+    arrays: int = 32
     queue: int = 64
     under_way: int = 8
 

@@ -11,7 +11,7 @@ from msgspec import Struct
 from protocol.camera import Camera
 from protocol.frame import Encoding, Frame
 from protocol.message import Reply, Request
-from protocol.observation import FilterState, Observation
+from protocol.observation import FilterState, Lifting, Observation
 from protocol.scene import Scene, Split
 
 PROTOCOL_VERSION = 1
@@ -119,21 +119,31 @@ class Render(Request[Frame], frozen=True, eq=False, kw_only=True):
 
 
 class Perceive(Request[Observation], frozen=True, eq=False, kw_only=True):
-    """Estimate the pose in a frame at hand, as a camera or a recording sends it."""
+    """Estimate the pose in a frame at hand, as a camera or a recording sends it.
+
+    Attributes:
+        liftings: ways of lifting whose readings are to come along, for whoever compares them.
+    """
 
     frame: Frame
     filter: FilterState
     heatmaps: bool = False
+    liftings: tuple[Lifting, ...] = ()
 
 
 class Observe(Request[Observation], frozen=True, eq=False, kw_only=True):
-    """Have a scene rendered and estimate the pose in it; the frame goes from renderer to perceiver, and no further."""
+    """Have a scene rendered and estimate the pose in it; the frame goes from renderer to perceiver, and no further.
+
+    Attributes:
+        liftings: as in `Perceive`.
+    """
 
     scene: Scene
     camera: Camera
     filter: FilterState
     truth: bool = False
     heatmaps: bool = False
+    liftings: tuple[Lifting, ...] = ()
 
 
 class WorkerRecord(Struct, frozen=True, kw_only=True):

@@ -1,11 +1,17 @@
 """What a perception worker makes of a frame: where each joint is, and how sure we are of it."""
 
+from typing import Literal, TypeAlias
+
 import numpy as np
 
 from protocol.arrays import BoolArray, Float32Array, Float64Array, require_shape
 from protocol.camera import Vector3
 from protocol.message import Reply, Value
 from protocol.skeleton import JOINT_COUNT
+
+Lifting: TypeAlias = Literal["mean", "median", "nearest"]
+"""What of the depths in the 7×7 pixels around a keypoint is taken for the joint's: their mean (seed, section 3.2),
+their median, or the mean of the surface in front."""
 
 INITIAL_VARIANCE = 1.0
 BASE_PROCESS_NOISE = 0.01
@@ -43,6 +49,24 @@ class FilterState(Value, frozen=True, eq=False):
         )
 
 
+class Reading(Value, frozen=True, eq=False, kw_only=True):
+    """What one frame comes to under another way of lifting.
+
+    Attributes:
+        points: (18, 3) world frame, metres; NaN where a joint was not located.
+        distance, quality: (18,) in [0, 1], as in an observation; mass and height don't depend on depth.
+    """
+
+    points: Float64Array
+    distance: Float64Array
+    quality: Float64Array
+
+    def __post_init__(self) -> None:
+        require_shape("points", self.points, (JOINT_COUNT, 3))
+        for name in ("distance", "quality"):
+            require_shape(name, getattr(self, name), (JOINT_COUNT,))
+
+
 class Observation(Reply, frozen=True, eq=False, kw_only=True):
     """Joints, their quality, and the filter after this frame.
 
@@ -53,6 +77,12 @@ class Observation(Reply, frozen=True, eq=False, kw_only=True):
         filter: the state to send with the next frame.
         heatmaps: (19, rows, columns) the network's output, where it was asked for.
         heatmap_area: left, top, width and height, in pixels, of the part of the frame that the heatmaps cover.
+        spread: (18,) metres between the nearest and the farthest depth in the window that a keypoint was lifted by; NaN
+            where a joint was not located.
+        expected_error: (18,) metres between `points` and the joint that are expected, where the worker is calibrated;
+            NaN where a joint was not located.
+        radius: (18,) metres; a sphere about `points` that holds the joint with probability 0.9; NaN likewise.
+        readings: by other ways of lifting, those that were asked for.
         joints, visible: the truth that came with the frame, where it was asked for.
         timings: seconds by stage: render, infer, decode, lift, qoe, filter, and transport between the workers; pack and
             unpack where the frame was packed for its way.
@@ -70,9 +100,16 @@ class Observation(Reply, frozen=True, eq=False, kw_only=True):
     joints: Float64Array | None = None
     visible: BoolArray | None = None
     timings: dict[str, float] = {}
+    spread: Float64Array | None = None
+    expected_error: Float64Array | None = None
+    radius: Float64Array | None = None
+    readings: dict[Lifting, Reading] = {}
 
     def __post_init__(self) -> None:
         require_shape("keypoints", self.keypoints, (JOINT_COUNT, 2))
         require_shape("points", self.points, (JOINT_COUNT, 3))
         for name in ("mass", "height", "distance", "quality"):
             require_shape(name, getattr(self, name), (JOINT_COUNT,))
+        for name in ("spread", "expected_error", "radius"):
+            if (array := getattr(self, name)) is not None:
+                require_shape(name, array, (JOINT_COUNT,))

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from perception_worker.lifting import lift, patch_depth
+from perception_worker.lifting import LIFTINGS, lift, patch_depth, windows_around
 from protocol.camera import Camera, CameraPose, Intrinsics, project
 
 LEVEL = Camera(
@@ -75,26 +75,77 @@ class TestPatchDepth:
         assert patch_depth([[2.0, 4.0], [np.nan, 99.0]], [0, 0]) == 3.0
 
 
+def placed(depth, pixels, camera, lifting="mean"):
+    return lift(windows_around(depth, pixels), pixels, camera, lifting)
+
+
 class TestLift:
     def test_goes_through_the_pinhole_into_the_world(self):
         # 100 pixels right and 50 up at 4 m: 1 m to the right (-y), 0.5 m above the camera.
-        points = lift(np.full((480, 640), 4.0, np.float32), np.array([[420.0, 190.0]]), LEVEL)
+        points = placed(np.full((480, 640), 4.0, np.float32), np.array([[420.0, 190.0]]), LEVEL)
         assert points[0] == pytest.approx([4.0, -1.0, 2.0])
 
     def test_on_a_tilted_plane_finds_points_of_the_plane(self):
         # At pixel (420, 140) the plane is 4.5 m away: x = 4.5, y = -4.5 / 4, z = 1.5 + 4.5 / 4.
-        points = lift(plane(0.002, -0.003), np.array([[420.0, 140.0]]), LEVEL)
+        points = placed(plane(0.002, -0.003), np.array([[420.0, 140.0]]), LEVEL)
         assert points[0] == pytest.approx([4.5, -1.125, 2.625], abs=1e-5)
 
     def test_a_keypoint_without_depth_or_without_place_is_not_located(self):
         depth = np.full((480, 640), 4.0, np.float32)
         depth[:200] = np.nan
-        points = lift(depth, np.array([[100.0, 100.0], [np.nan, np.nan], [100.0, 300.0]]), LEVEL)
+        points = placed(depth, np.array([[100.0, 100.0], [np.nan, np.nan], [100.0, 300.0]]), LEVEL)
         assert np.isnan(points[:2]).all()
         assert np.isfinite(points[2]).all()
 
     @given(st.floats(-200, 200), st.floats(-150, 150), st.floats(1.5, 15))
     def test_undoes_the_camera_s_projection(self, right, down, metres):
         pixel = np.array([[319.5 + right, 239.5 + down]])
-        points = lift(np.full((480, 640), metres), pixel, TILTED)
+        points = placed(np.full((480, 640), metres), pixel, TILTED)
         assert project(points, TILTED)[0] == pytest.approx([*pixel[0], metres])
+
+    def test_places_by_the_choice_that_it_is_given(self):
+        depth = np.full((480, 640), 8.0, np.float32)
+        depth[:, :320] = 4.0
+        pixel = np.array([[319.0, 240.0]])
+        # Four of the seven columns are in front.
+        for lifting, metres in (("mean", (4 * 4 + 3 * 8) / 7), ("median", 4.0), ("nearest", 4.0)):
+            assert placed(depth, pixel, LEVEL, lifting)[0, 0] == pytest.approx(metres)
+
+
+def windows_of(*values):
+    """One keypoint, with these depths around it and none besides."""
+    depth = np.full((7, 7), np.nan, np.float64)
+    depth.flat[: len(values)] = values
+    return windows_around(depth, np.array([[3.0, 3.0]]))
+
+
+class TestChoices:
+    def test_the_mean_takes_all(self):
+        assert LIFTINGS["mean"](windows_of(2.0, 3.0, 7.0)) == pytest.approx([4.0])
+
+    def test_the_median_is_the_middle_one_or_between_the_middle_two(self):
+        assert LIFTINGS["median"](windows_of(9.0, 2.0, 3.0)) == [3.0]
+        assert LIFTINGS["median"](windows_of(9.0, 2.0, 3.0, 5.0)) == [4.0]
+        assert LIFTINGS["median"](windows_of(2.5)) == [2.5]
+
+    def test_the_nearest_is_the_surface_about_the_lower_quartile(self):
+        # Of nine the third is at the quartile, 2.2; within 0.3 m of it lie 2.0, 2.1, 2.2, 2.3 and 2.5.
+        values = (2.0, 2.1, 2.2, 2.3, 2.5, 6.0, 6.0, 6.1, 6.2)
+        assert LIFTINGS["nearest"](windows_of(*values)) == pytest.approx([2.22])
+
+    def test_the_nearest_passes_over_a_stray_value_in_front(self):
+        assert LIFTINGS["nearest"](windows_of(1.5, 4.0, 4.1, 4.2, 4.0)) == pytest.approx([4.075])
+
+    @pytest.mark.parametrize("lifting", LIFTINGS)
+    def test_each_is_nan_where_nothing_is_believed(self, lifting):
+        assert np.isnan(LIFTINGS[lifting](windows_of(0.5, 20.0, np.inf))).all()
+
+    @given(st.lists(st.floats(1.5, 15), min_size=1, max_size=49))
+    def test_each_lies_between_the_nearest_and_the_farthest(self, values):
+        for choice in LIFTINGS.values():
+            assert min(values) - 1e-9 <= choice(windows_of(*values))[0] <= max(values) + 1e-9
+
+    def test_the_spread_is_from_the_nearest_to_the_farthest_that_is_believed(self):
+        assert windows_of(0.3, 2.0, 7.5, 99.0).spread == [5.5]
+        assert windows_of(2.0).spread == [0.0]
+        assert np.isnan(windows_of().spread).all()

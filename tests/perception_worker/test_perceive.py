@@ -3,6 +3,7 @@ import itertools
 import cv2
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from perception_worker.backend import open_network
 from perception_worker.network import NetworkOutput
@@ -113,6 +114,36 @@ class TestWhatComesAlong:
         observation = perceive(network, frame(BLACK), heatmaps=True)
         assert (observation.heatmaps == network.output.heatmaps).all()
         assert observation.heatmap_area == (0, 0, 640, 480)
+
+    def test_readings_by_other_ways_of_lifting_come_when_they_are_asked_for(self, frame):
+        depth = np.full((480, 640), 4.0, np.float32)
+        depth[::2] = 8.0
+        picture = replace(frame(BLACK), depth=depth)
+        assert perceive(DrawnNetwork(STANDING), picture).readings == {}
+        observation = perceive(DrawnNetwork(STANDING), picture, liftings=("mean", "nearest"))
+        assert set(observation.readings) == {"mean", "nearest"}
+        mean, nearest = observation.readings["mean"], observation.readings["nearest"]
+        assert (nearest.points == observation.points).all()
+        assert (nearest.quality == observation.quality).all()
+        assert (mean.points[:, 0] > 5.5).all()
+        assert mean.quality == pytest.approx((observation.mass + observation.height + mean.distance) / 3)
+
+    def test_the_profile_of_the_seed_lifts_by_the_mean(self, frame):
+        depth = np.full((480, 640), 4.0, np.float32)
+        depth[::2] = 8.0
+        picture, nothing = replace(frame(BLACK), depth=depth), FilterState.initial()
+        seed, ours = (
+            Perceiver(DrawnNetwork(STANDING), PerceptionConfig(), profile=profile) for profile in ("thesis", "vantage")
+        )
+        assert (seed.perceive(picture, nothing).points[:, 0] > 5.5).all()
+        assert ours.perceive(picture, nothing).points[:, 0] == pytest.approx(np.full(18, 4.0))
+
+    def test_the_spread_of_depth_comes_along(self, frame):
+        depth = np.full((480, 640), 4.0, np.float32)
+        depth[::2] = 8.0
+        observation = perceive(DrawnNetwork(STANDING), replace(frame(BLACK), depth=depth))
+        assert observation.spread == pytest.approx(np.full(18, 4.0))
+        assert np.isnan(perceive(DrawnNetwork(), frame(BLACK)).spread).all()
 
     def test_every_stage_is_timed(self, frame):
         ticks = itertools.count()

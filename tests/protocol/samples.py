@@ -30,7 +30,7 @@ from protocol.messages import (
     WorkerRecord,
     Workers,
 )
-from protocol.observation import FilterState, Observation
+from protocol.observation import FilterState, Observation, Reading
 from protocol.scene import Arm, BodyPose, Head, Leg, Scene, Sun
 
 CAMERA = Camera(
@@ -109,6 +109,10 @@ def observation() -> Observation:
         joints=np.zeros((18, 3)),
         visible=np.ones(18, bool),
         timings={"infer": 0.5, "lift": 0.125},
+        spread=ramp / 4,
+        expected_error=ramp / 8,
+        radius=ramp / 3,
+        readings={"median": Reading(points=np.ones((18, 3)), distance=ramp / 5, quality=ramp / 6)},
     )
 
 
@@ -147,7 +151,14 @@ def samples() -> tuple[Message, ...]:
         Render(scene=SCENE, camera=CAMERA, truth=True, encoding="lossless"),
         picture(),
         packed_picture(),
-        Perceive(frame=picture(), filter=FilterState.initial(), heatmaps=True),
-        Observe(scene=SCENE, camera=CAMERA, filter=FilterState.initial(), truth=True, heatmaps=True),
+        Perceive(frame=picture(), filter=FilterState.initial(), heatmaps=True, liftings=("median",)),
+        Observe(
+            scene=SCENE,
+            camera=CAMERA,
+            filter=FilterState.initial(),
+            truth=True,
+            heatmaps=True,
+            liftings=("median", "mean"),
+        ),
         observation(),
     )

@@ -1,6 +1,7 @@
 """Messages of every kind and any content that is allowed, and what may become of their parts on the way."""
 
 import struct
+from typing import get_args
 
 import msgspec
 import numpy as np
@@ -34,7 +35,7 @@ from protocol.messages import (
     WorkerRecord,
     Workers,
 )
-from protocol.observation import FilterState, Observation
+from protocol.observation import FilterState, Lifting, Observation, Reading
 from protocol.scene import Arm, BodyPose, Head, Leg, Scene, Sun
 
 finite = st.floats(allow_nan=False, allow_infinity=False, width=32)
@@ -128,6 +129,9 @@ packed_frames = st.builds(
     packed=packed,
 )
 
+lifting = st.sampled_from(get_args(Lifting))
+readings = st.builds(Reading, points=floats64(18, 3), distance=floats64(18), quality=floats64(18))
+
 observations = st.builds(
     Observation,
     keypoints=floats64(18, 2),
@@ -142,6 +146,10 @@ observations = st.builds(
     joints=joints,
     visible=visible,
     timings=timings,
+    spread=st.none() | floats64(18),
+    expected_error=st.none() | floats64(18),
+    radius=st.none() | floats64(18),
+    readings=st.dictionaries(lifting, readings, max_size=2),
 )
 
 MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
@@ -177,9 +185,21 @@ MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
     Sampled: st.builds(Sampled, scene=scene),
     Render: st.builds(Render, scene=scene, camera=camera, truth=st.booleans(), encoding=st.sampled_from(ENCODINGS)),
     Frame: frames() | packed_frames,
-    Perceive: st.builds(Perceive, frame=frames() | packed_frames, filter=filter_state, heatmaps=st.booleans()),
+    Perceive: st.builds(
+        Perceive,
+        frame=frames() | packed_frames,
+        filter=filter_state,
+        heatmaps=st.booleans(),
+        liftings=st.lists(lifting, max_size=2).map(tuple),
+    ),
     Observe: st.builds(
-        Observe, scene=scene, camera=camera, filter=filter_state, truth=st.booleans(), heatmaps=st.booleans()
+        Observe,
+        scene=scene,
+        camera=camera,
+        filter=filter_state,
+        truth=st.booleans(),
+        heatmaps=st.booleans(),
+        liftings=st.lists(lifting, max_size=2).map(tuple),
     ),
     Observation: observations,
 }

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from protocol.config import RunConfig, load_config
+from protocol.config import PerceptionConfig, RunConfig, load_config, settled
 from protocol.errors import InvalidConfig
 
 CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.toml"))
@@ -43,3 +43,12 @@ def test_a_wrong_field_is_named(tmp_path, text, named):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(InvalidConfig, match=r"nowhere\.toml"):
         load_config(tmp_path / "nowhere.toml")
+
+
+class TestSettled:
+    def test_leaves_the_choice_to_the_profile(self):
+        assert settled(PerceptionConfig(), "thesis").lifting == "mean"
+        assert settled(PerceptionConfig(), "vantage").lifting == "nearest"
+
+    def test_keeps_what_was_chosen(self):
+        assert settled(PerceptionConfig(lifting="median"), "thesis").lifting == "median"
