@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from perception_worker import kalman
+from perception_worker.calibration import Calibrated, Calibration
 from perception_worker.decoding import decode
 from perception_worker.lifting import Windows, lift, windows_around
 from perception_worker.network import Network, NetworkOutput
@@ -44,6 +45,7 @@ class Perceiver:
         config: PerceptionConfig,
         *,
         profile: Profile = "vantage",
+        calibration: Calibration | None = None,
         clock: Clock = time.perf_counter,
     ) -> None:
         config = settled(config, profile)
@@ -51,6 +53,7 @@ class Perceiver:
         self._lifting: Lifting = cast("Lifting", config.lifting)
         self._threshold = config.peak_threshold
         self._crop = config.crop
+        self._calibration = calibration
         self._clock = clock
 
     def perceive(
@@ -74,6 +77,7 @@ class Perceiver:
             points = lift(windows, sight.keypoints, frame.camera, self._lifting)
         with watch.stage("qoe"):
             quality = quality_of_estimation(sight.output.heatmaps, _cells(sight), points)
+            calibrated = self._calibrate(points, quality, windows, frame.camera)
         with watch.stage("filter"):
             updated = kalman.update(filter_state, points, quality.combined)
         return Observation(
@@ -90,7 +94,19 @@ class Perceiver:
             visible=frame.visible,
             timings=watch.seconds,
             spread=windows.spread,
+            expected_error=calibrated and calibrated.expected_error,
+            radius=calibrated and calibrated.radius,
             readings={one: _read(one, windows, sight, quality, frame.camera) for one in liftings},
+        )
+
+    def _calibrate(self, points: Float64Array, quality: Quality, windows: Windows, camera: Camera) -> Calibrated | None:
+        return self._calibration and self._calibration.calibrate(
+            points,
+            mass=quality.mass,
+            height=quality.height,
+            distance=quality.distance,
+            spread=windows.spread,
+            camera=camera.pose.position,
         )
 
     def _look(self, rgb: UInt8Array, watch: Stopwatch) -> _Sight:

@@ -13,6 +13,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from perception_worker.backend import open_network
+from perception_worker.calibration import open_calibration
 from perception_worker.frames import RenderedFrames, opened_by
 from perception_worker.lifting import LIFTINGS
 from perception_worker.models import OPENPOSE_MOBILENET_THIN
@@ -107,8 +108,8 @@ def run(
             machines can reach it and there is no key.
     """
     timeouts = Timeouts.from_config(config.timeouts)
-    perception = config.perception
-    capabilities = _capabilities(settled(perception, config.profile))
+    perception = settled(config.perception, config.profile)
+    capabilities = _capabilities(perception)
     about = About(role=Role.PERCEPTION, name=name, serves=(bind,), capabilities=capabilities)
     with (
         Pool(render, role=Role.PERCEPTION, serves=Role.RENDER, timeouts=timeouts, security=security) as renderers,
@@ -118,7 +119,7 @@ def run(
         def start() -> Handlers:
             # The frames in hand are the parallel work; OpenCV's own threads would only contend for the same cores.
             cv2.setNumThreads(1)
-            perceiver = Perceiver(open_network(perception), perception, profile=config.profile)
+            perceiver = open_perceiver(perception)
             _warm_up(perceiver)
             renderers.wait_any_ready()
             deadline = render_deadline(timeouts)
@@ -139,6 +140,23 @@ def run(
         )
 
 
+def open_perceiver(config: PerceptionConfig) -> Perceiver:
+    """The pipeline with the network and the calibration that a configuration, settled by its profile, names.
+
+    Raises:
+        VantageError: one of them can't be loaded.
+    """
+    name = _network_name(config)
+    calibration = open_calibration(config, name)
+    if calibration is None and config.calibration == "auto":
+        _logger.info("no calibration is shipped for %s with these settings: quality comes without metres", name)
+    return Perceiver(open_network(config), config, calibration=calibration)
+
+
+def _network_name(config: PerceptionConfig) -> str:
+    return Path(config.network).name if config.network else OPENPOSE_MOBILENET_THIN.name
+
+
 def _warm_up(perceiver: Perceiver) -> None:
     """Look at a black picture, so that what a network does but once is done before the first request waits for it."""
     camera = Camera(CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0)), Intrinsics.from_horizontal_fov(640, 480, 70.0))
@@ -154,7 +172,7 @@ def render_deadline(timeouts: Timeouts) -> float:
 def _capabilities(config: PerceptionConfig) -> dict[str, str]:
     """What a client is told of the worker when it says hello."""
     return {
-        "network": Path(config.network).name if config.network else OPENPOSE_MOBILENET_THIN.name,
+        "network": _network_name(config),
         "input": f"{config.rows}x{config.columns}",
         "precision": config.precision,
         "crop": config.crop,

@@ -1,0 +1,197 @@
+"""An uncertainty in metres: how far a joint is expected to be from its estimate, and a radius that holds it.
+
+Fitted on people whose truth is known (`perception_worker.calibration.fitting`); valid for the network and the way of
+lifting that it was fitted with. The radius is conformal: over people and views like those, it holds nine joints of ten.
+"""
+
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import msgspec
+import numpy as np
+from msgspec import Meta, Struct
+
+from perception_worker.calibration.ensemble import Ensemble, StoredEnsemble
+from perception_worker.calibration.features import FEATURES, joint_features
+from protocol.arrays import Float64Array
+from protocol.camera import Vector3
+from protocol.config import PerceptionConfig
+from protocol.errors import ArtifactDamaged, InvalidConfig
+from protocol.observation import Lifting
+from protocol.skeleton import JOINT_COUNT
+
+FORMAT = 1
+COVERAGE = 0.9
+"""The share of joints that their radius is to hold."""
+
+LARGEST_ERROR = 1.5
+"""Metres. A joint on the wall behind may be five metres off; it counts as this far, so that a few don't decide all."""
+
+_SHIPPED = "shipped"
+
+
+class Setting(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the figures of a calibration depend on: with another of these, other errors go with the same features."""
+
+    network: str
+    rows: int
+    columns: int
+    crop: str
+    peak_threshold: float
+    lifting: Lifting
+
+
+class Provenance(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Where a calibration comes from.
+
+    Attributes:
+        version: of Vantage.
+        table: sha256 of the table that it was fitted on.
+        frames: in the table; `joints`: located ones among them.
+        fitted_on, calibrated_on: identities, by their numbers.
+        depth_noise: kinds in the table.
+    """
+
+    version: str
+    table: str
+    frames: int
+    joints: int
+    fitted_on: tuple[int, ...]
+    calibrated_on: tuple[int, ...]
+    depth_noise: tuple[str, ...]
+
+
+class StoredCalibration(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A calibration as its file has it.
+
+    Attributes:
+        features: the columns that the trees ask for, by name.
+        error: the expected error, metres.
+        reach: the error that nine of ten stay below, metres, before it is made sure of on other people.
+        factor: (18,) by which `reach` is multiplied for each joint to make it sure.
+    """
+
+    format: int = FORMAT
+    setting: Setting
+    provenance: Provenance
+    features: tuple[str, ...]
+    error: StoredEnsemble
+    reach: StoredEnsemble
+    factor: Annotated[tuple[float, ...], Meta(min_length=JOINT_COUNT, max_length=JOINT_COUNT)]
+
+
+class Calibrated(NamedTuple):
+    """(18,) metres each, NaN where a joint was not located."""
+
+    expected_error: Float64Array
+    radius: Float64Array
+
+
+class Calibration:
+    """Tells errors in metres from what is known when a frame was lifted; may be used by several threads at once."""
+
+    def __init__(self, stored: StoredCalibration) -> None:
+        """Take it as it is stored.
+
+        Raises:
+            ArtifactDamaged: it asks for features that there are not.
+        """
+        if stored.format != FORMAT or stored.features != FEATURES:
+            raise ArtifactDamaged("the calibration was made for another version of Vantage; fit it anew")
+        self.setting = stored.setting
+        self.provenance = stored.provenance
+        self._error = Ensemble(stored.error, len(FEATURES))
+        self._reach = Ensemble(stored.reach, len(FEATURES))
+        self._factor = np.array(stored.factor)
+
+    def calibrate(
+        self,
+        points: Float64Array,
+        *,
+        mass: Float64Array,
+        height: Float64Array,
+        distance: Float64Array,
+        spread: Float64Array,
+        camera: Vector3,
+    ) -> Calibrated:
+        """The expected error and the radius of each joint; arguments as for `joint_features`."""
+        error, radius = np.full(JOINT_COUNT, np.nan), np.full(JOINT_COUNT, np.nan)
+        located = np.isfinite(points[:, 0])
+        if located.any():
+            features = joint_features(
+                points, mass=mass, height=height, distance=distance, spread=spread, camera=camera
+            )[located]
+            error[located] = np.maximum(self._error.predict(features), 0.0)
+            radius[located] = np.maximum(self._reach.predict(features), 0.0) * self._factor[located]
+        return Calibrated(error, radius)
+
+
+def setting_of(config: PerceptionConfig, network: str) -> Setting:
+    """What a perception worker of this configuration asks of a calibration.
+
+    Args:
+        config: settled by its profile.
+        network: the network's name.
+    """
+    return Setting(
+        network=network,
+        rows=config.rows,
+        columns=config.columns,
+        crop=config.crop,
+        peak_threshold=config.peak_threshold,
+        lifting=msgspec.convert(config.lifting, Lifting),
+    )
+
+
+def open_calibration(config: PerceptionConfig, network: str) -> Calibration | None:
+    """The calibration that the configuration names; with `auto`, the shipped one that fits it, if there is one.
+
+    Raises:
+        InvalidConfig: the file can't be read, or was fitted for another setting.
+        ArtifactDamaged: it is no calibration.
+    """
+    wanted = setting_of(config, network)
+    if config.calibration == "none":
+        return None
+    if config.calibration == "auto":
+        return next((one for one in shipped() if one.setting == wanted), None)
+    calibration = read_calibration(Path(config.calibration))
+    if calibration.setting != wanted:
+        raise InvalidConfig(
+            f"perception.calibration: {config.calibration} was fitted for {_words(calibration.setting)}, "
+            f"this worker has {_words(wanted)}; fit it anew, or choose auto or none"
+        )
+    return calibration
+
+
+def shipped() -> list[Calibration]:
+    """All calibrations that come with the package."""
+    folder = resources.files("perception_worker.calibration") / _SHIPPED
+    files = sorted((file for file in folder.iterdir() if file.name.endswith(".msgpack")), key=lambda file: file.name)
+    return [Calibration(_decode(file.read_bytes(), file.name)) for file in files]
+
+
+def read_calibration(path: Path) -> Calibration:
+    """Read a calibration's file.
+
+    Raises:
+        InvalidConfig: it can't be read.
+        ArtifactDamaged: it is no calibration.
+    """
+    try:
+        encoded = path.read_bytes()
+    except OSError as error:
+        raise InvalidConfig(f"perception.calibration: can't read {path}: {error.strerror}") from error
+    return Calibration(_decode(encoded, str(path)))
+
+
+def _decode(encoded: bytes, name: str) -> StoredCalibration:
+    try:
+        return msgspec.msgpack.decode(encoded, type=StoredCalibration)
+    except msgspec.MsgspecError as error:
+        raise ArtifactDamaged(f"{name} is no calibration: {error}") from error
+
+
+def _words(setting: Setting) -> str:
+    return ", ".join(f"{name} {value}" for name, value in msgspec.structs.asdict(setting).items())

@@ -1,0 +1,134 @@
+"""What tells how far a joint may be from where it was placed: numbers that are there when a frame was lifted.
+
+The strongest is how much farther than the rest of the body a joint lies: a wrist with the wall's depth. Then come the
+height of its peak, the lengths of the bones about it, and on which side of the body it is against which way the body
+seems to face, which tells left and right exchanged.
+"""
+
+import numpy as np
+
+from protocol.arrays import Float32Array, Float64Array
+from protocol.camera import Vector3
+from protocol.skeleton import JOINT_COUNT, Joint
+
+ABSENT = -100.0
+"""Stands for what can't be told, such as the length of a bone with an end that was not located."""
+
+FEATURES = (
+    "kind",
+    "mass",
+    "height",
+    "distance",
+    "spread",
+    "range",
+    "found",
+    "depth_offset",
+    "centre_offset",
+    "rise",
+    "bone",
+    "bone_depth",
+    "bone_height",
+    "pair",
+    "pair_depth",
+    "pair_height",
+    "side",
+    "shoulders",
+    "hips",
+)
+"""The columns, in this order; metres, but for `kind`, `found` (numbers), quality's components and `..._height`.
+
+`kind`: which joint, left and right alike. `range`: from the camera. `found`: how many joints were detected.
+`depth_offset`, `centre_offset`, `rise`: how much farther than the body's middle, how far from it, how high above it.
+`bone`, `bone_depth`, `bone_height`: length to the joint that it hangs on, how much farther it is than that, and that
+one's height of peak. `pair...`: the same with its mirror joint. `side`: how far on its own side of the middle, as seen
+from the camera. `shoulders`, `hips`: how far the left one is to the right of the right one, as it is in a body that
+faces the camera.
+"""
+
+_KIND_NAMES = tuple(dict.fromkeys(joint.name.rpartition("_")[2] for joint in Joint))
+KIND = np.array([_KIND_NAMES.index(joint.name.rpartition("_")[2]) for joint in Joint])
+"""(18,) the number of each joint's kind."""
+
+_PARENTS = {
+    Joint.NOSE: Joint.NECK,
+    Joint.NECK: Joint.NOSE,
+    Joint.RIGHT_SHOULDER: Joint.NECK,
+    Joint.RIGHT_ELBOW: Joint.RIGHT_SHOULDER,
+    Joint.RIGHT_WRIST: Joint.RIGHT_ELBOW,
+    Joint.LEFT_SHOULDER: Joint.NECK,
+    Joint.LEFT_ELBOW: Joint.LEFT_SHOULDER,
+    Joint.LEFT_WRIST: Joint.LEFT_ELBOW,
+    Joint.RIGHT_HIP: Joint.NECK,
+    Joint.RIGHT_KNEE: Joint.RIGHT_HIP,
+    Joint.RIGHT_ANKLE: Joint.RIGHT_KNEE,
+    Joint.LEFT_HIP: Joint.NECK,
+    Joint.LEFT_KNEE: Joint.LEFT_HIP,
+    Joint.LEFT_ANKLE: Joint.LEFT_KNEE,
+    Joint.RIGHT_EYE: Joint.NOSE,
+    Joint.LEFT_EYE: Joint.NOSE,
+    Joint.RIGHT_EAR: Joint.RIGHT_EYE,
+    Joint.LEFT_EAR: Joint.LEFT_EYE,
+}
+_HANGS_ON = np.array([_PARENTS[joint] for joint in Joint])
+
+_RIGHT = np.array([joint for joint in Joint if joint.name.startswith("RIGHT")])
+_LEFT = np.array([joint for joint in Joint if joint.name.startswith("LEFT")])
+_MIRROR = np.arange(JOINT_COUNT)
+_MIRROR[_RIGHT], _MIRROR[_LEFT] = _LEFT, _RIGHT
+
+# Who faces the camera has the left arm on its right hand side.
+_SIDE = np.ones(JOINT_COUNT)
+_SIDE[_RIGHT] = -1.0
+
+
+def joint_features(
+    points: Float64Array,
+    *,
+    mass: Float64Array,
+    height: Float64Array,
+    distance: Float64Array,
+    spread: Float64Array,
+    camera: Vector3,
+) -> Float32Array:
+    """The features of one frame's joints; those of a joint that was not located mean nothing.
+
+    Args:
+        points: (18, 3) world frame, metres, NaN where a joint was not located; one at least was.
+        mass, height, distance: (18,) the components of quality.
+        spread: (18,) metres between the depths around each joint.
+        camera: where the camera is, world frame, metres.
+
+    Returns:
+        (18, 19) as `FEATURES` names them, `ABSENT` for what can't be told.
+    """
+    located = np.isfinite(points[:, 0])
+    ranges = np.sqrt(((points - camera) ** 2).sum(axis=1))
+    # Along axes that turn with the view: a median for each axis depends on how the axes lie.
+    from_camera = (points - camera) @ _axes_of_view(points[located].mean(axis=0) - camera)
+    from_middle = from_camera - np.median(from_camera[located], axis=0)
+    across = from_middle[:, 0]
+    features = np.empty((JOINT_COUNT, len(FEATURES)))
+    features[:, 0] = KIND
+    features[:, 1], features[:, 2], features[:, 3], features[:, 4] = mass, height, distance, spread
+    features[:, 5] = ranges
+    features[:, 6] = np.count_nonzero(height)
+    features[:, 7] = ranges - np.median(ranges[located])
+    features[:, 8] = np.sqrt((from_middle**2).sum(axis=1))
+    features[:, 9] = from_middle[:, 2]
+    features[:, 10] = np.sqrt(((points - points[_HANGS_ON]) ** 2).sum(axis=1))
+    features[:, 11] = ranges - ranges[_HANGS_ON]
+    features[:, 12] = height[_HANGS_ON]
+    features[:, 13] = np.sqrt(((points - points[_MIRROR]) ** 2).sum(axis=1))
+    features[:, 14] = ranges - ranges[_MIRROR]
+    features[:, 15] = height[_MIRROR]
+    features[:, 16] = across * _SIDE
+    features[:, 17] = across[Joint.LEFT_SHOULDER] - across[Joint.RIGHT_SHOULDER]
+    features[:, 18] = across[Joint.LEFT_HIP] - across[Joint.RIGHT_HIP]
+    features[np.isnan(features)] = ABSENT
+    return features.astype(np.float32)
+
+
+def _axes_of_view(towards: Float64Array) -> Float64Array:
+    """Columns: level to the right of whoever looks `towards`, level ahead, and up (straight down: up alone)."""
+    x, y = towards[:2] / max(float(np.hypot(towards[0], towards[1])), 1e-9)
+    return np.array([[y, x, 0.0], [-x, y, 0.0], [0.0, 0.0, 1.0]])

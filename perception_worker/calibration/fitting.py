@@ -1,0 +1,198 @@
+"""Fits a calibration on a table of the experiment `qoe`, flown on train identities.
+
+Trees are fitted on three of four people. On the others, whom they have not seen, it is looked up by how much the reach
+has to be multiplied so that it holds nine of ten joints: for each kind of joint by itself (split conformal prediction,
+Mondrian by joint). So the radius also holds on people never seen, as far as they are like these.
+"""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import lightgbm
+import msgspec
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from perception_worker.calibration.calibration import (
+    COVERAGE,
+    LARGEST_ERROR,
+    Provenance,
+    Setting,
+    StoredCalibration,
+    setting_of,
+)
+from perception_worker.calibration.ensemble import Ensemble, StoredEnsemble, stored_ensemble
+from perception_worker.calibration.features import FEATURES, KIND, joint_features
+from protocol.arrays import BoolArray, Float32Array, Float64Array
+from protocol.artifact import sha256
+from protocol.config import RunConfig, settled
+from protocol.errors import InvalidInput
+from protocol.skeleton import JOINT_COUNT
+
+TREES = 120
+DEPTH = 5
+LEARNING_RATE = 0.08
+HELD_OUT = 4
+"""Every how manyth person the trees don't see."""
+
+LEAST_PEOPLE = 8
+_LEAST_REACH = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Joints:
+    """Located joints out of a table.
+
+    Attributes:
+        features: (n, features) as `FEATURES` names them.
+        error: (n,) metres from the truth.
+        joint: (n,) which of the 18.
+        identity: (n,) whose.
+    """
+
+    features: Float32Array
+    error: Float64Array
+    joint: NDArray[np.int64]
+    identity: NDArray[np.int64]
+
+    def of(self, chosen: BoolArray) -> "Joints":
+        """Some of them."""
+        return Joints(self.features[chosen], self.error[chosen], self.joint[chosen], self.identity[chosen])
+
+
+def fit(path: Path, *, version: str) -> StoredCalibration:
+    """Fit a calibration.
+
+    Args:
+        path: of the table, a Parquet file that `orchestrator experiment qoe --split train` has made.
+        version: of Vantage, for the file to tell.
+
+    Raises:
+        InvalidInput: it is no such table, or has too few people.
+    """
+    table = _read(path)
+    joints = located_joints(table)
+    people = np.unique(joints.identity)
+    if len(people) < LEAST_PEOPLE:
+        raise InvalidInput(f"{path} has {len(people)} people; a calibration takes {LEAST_PEOPLE} or more")
+    held_out = people[HELD_OUT - 1 :: HELD_OUT]
+    unseen = np.isin(joints.identity, held_out)
+    seen, others = joints.of(~unseen), joints.of(unseen)
+    error = _trees(seen.features, np.minimum(seen.error, LARGEST_ERROR), objective="regression")
+    reach = _trees(seen.features, seen.error, objective="quantile", alpha=COVERAGE)
+    return StoredCalibration(
+        setting=_setting(table, path),
+        provenance=Provenance(
+            version=version,
+            table=sha256(path),
+            frames=table.num_rows // JOINT_COUNT,
+            joints=len(joints.error),
+            fitted_on=tuple(np.setdiff1d(people, held_out).tolist()),
+            calibrated_on=tuple(held_out.tolist()),
+            depth_noise=tuple(sorted(table["depth_noise"].unique().to_pylist())),
+        ),
+        features=FEATURES,
+        error=error,
+        reach=reach,
+        factor=conformal_factors(Ensemble(reach, len(FEATURES)).predict(others.features), others),
+    )
+
+
+def conformal_factors(reach: Float64Array, joints: Joints) -> tuple[float, ...]:
+    """For each of the 18 joints, what `reach` times it holds `COVERAGE` of the errors of its kind.
+
+    Args:
+        reach: (n,) metres, as predicted for these joints by trees that have not seen their people.
+
+    Raises:
+        InvalidInput: a kind of joint is not among them often enough.
+    """
+    ratio = joints.error / np.maximum(reach, _LEAST_REACH)
+    kind = KIND[joints.joint]
+    return tuple(conformal_quantile(ratio[kind == own]) for own in KIND)
+
+
+def conformal_quantile(scores: Float64Array) -> float:
+    """The score that one more, of the same kind, stays below with probability `COVERAGE`.
+
+    Raises:
+        InvalidInput: there are too few to tell.
+    """
+    rank = math.ceil((len(scores) + 1) * COVERAGE)
+    if rank > len(scores):
+        raise InvalidInput(f"{len(scores)} joints of a kind are too few to calibrate by")
+    return float(np.partition(scores, rank - 1)[rank - 1])
+
+
+def located_joints(table: pa.Table) -> Joints:
+    """The joints of a table that were located, with their features."""
+    joint, identity, error = (_by_frame(table, name) for name in ("joint", "identity", "error"))
+    located = np.isfinite(error)
+    features = np.zeros((*error.shape, len(FEATURES)), np.float32)
+    points, camera = (_points(table, prefix) for prefix in ("", "camera_"))
+    mass, height, distance, spread = (
+        _by_frame(table, name) for name in ("mass", "height", "distance_quality", "spread")
+    )
+    for frame in np.flatnonzero(located.any(axis=1)):
+        features[frame] = joint_features(
+            points[frame],
+            mass=mass[frame],
+            height=height[frame],
+            distance=distance[frame],
+            spread=spread[frame],
+            camera=tuple(camera[frame, 0]),
+        )
+    return Joints(features[located], error[located], joint[located].astype(np.int64), identity[located].astype(int))
+
+
+def _read(path: Path) -> pa.Table:
+    try:
+        table = pq.read_table(path)
+    except (OSError, pa.ArrowException) as error:
+        raise InvalidInput(f"{path} is no table of an experiment: {error}") from error
+    lacking = {"joint", "error", "spread", "camera_x", "depth_noise", "network"} - set(table.column_names)
+    if lacking or table.num_rows == 0 or table.num_rows % JOINT_COUNT:
+        raise InvalidInput(f"{path} is no table of 'orchestrator experiment qoe'")
+    return table
+
+
+def _setting(table: pa.Table, path: Path) -> Setting:
+    """What the workers were that observed all this, as the table tells."""
+    encoded = (table.schema.metadata or {}).get(b"vantage.config")
+    if encoded is None:
+        raise InvalidInput(f"{path} does not tell the configuration that it was made with")
+    config = msgspec.toml.decode(encoded, type=RunConfig)
+    networks = table["network"].unique().to_pylist()
+    if len(networks) != 1:
+        raise InvalidInput(f"{path} has the networks {networks}; a calibration is for one")
+    return setting_of(settled(config.perception, config.profile), networks[0])
+
+
+def _by_frame(table: pa.Table, column: str) -> Float64Array:
+    return table[column].to_numpy().astype(np.float64).reshape(-1, JOINT_COUNT)
+
+
+def _points(table: pa.Table, prefix: str) -> Float64Array:
+    return np.stack([_by_frame(table, f"{prefix}{axis}") for axis in "xyz"], axis=2)
+
+
+def _trees(features: Float32Array, target: Float64Array, **objective: Any) -> StoredEnsemble:
+    settings = {
+        "num_leaves": 2**DEPTH,
+        "max_depth": DEPTH,
+        "learning_rate": LEARNING_RATE,
+        "min_data_in_leaf": 40,
+        "use_missing": False,
+        "deterministic": True,
+        "force_row_wise": True,
+        "num_threads": 1,
+        "seed": 0,
+        "verbosity": -1,
+    }
+    booster = lightgbm.train(settings | objective, lightgbm.Dataset(features, target), TREES)
+    trees = [tree["tree_structure"] for tree in booster.dump_model()["tree_info"]]
+    return stored_ensemble(trees, DEPTH)
