@@ -13,6 +13,7 @@ from typer.core import TyperGroup
 from orchestrator import doctor as machine
 from orchestrator import training
 from orchestrator.errors import HostNotTold, Interrupted, RunError
+from orchestrator.experiment_cli import experiment_app
 from orchestrator.host import HostOrder
 from orchestrator.host import host as serve_host
 from orchestrator.host_display import open_host_display
@@ -80,6 +81,7 @@ app = typer.Typer(
 app.add_typer(models_app, name="models")
 app.add_typer(bodies_app, name="bodies")
 app.add_typer(keys_app, name="keys")
+app.add_typer(experiment_app, name="experiment")
 
 JoinOption = Annotated[
     str | None,

@@ -31,6 +31,14 @@ STATE_STYLES = {
 }
 
 
+class FrameCount(Struct, frozen=True, kw_only=True):
+    """How far an experiment is, in frames."""
+
+    step: int
+    steps: int
+    steps_per_second: float
+
+
 class Snapshot(Struct, frozen=True, kw_only=True):
     """A run at one moment.
 
@@ -42,7 +50,7 @@ class Snapshot(Struct, frozen=True, kw_only=True):
 
     activity: str
     elapsed: float
-    progress: Progress | None = None
+    progress: Progress | FrameCount | None = None
     workers: tuple[Health, ...] = ()
     warning: str | None = None
 
@@ -105,6 +113,8 @@ def snapshot_line(snapshot: Snapshot) -> str:
     parts = [f"{duration(snapshot.elapsed)}  {snapshot.activity}"]
     if snapshot.progress is not None:
         parts += figures(snapshot.progress)
+        if isinstance(snapshot.progress, FrameCount):
+            parts.append(_remaining(snapshot.progress))
     parts.append(", ".join(f"{worker.name} {worker.state}" for worker in snapshot.workers))
     return "  ".join(part for part in parts if part)
 
@@ -114,7 +124,7 @@ def snapshot_view(snapshot: Snapshot) -> RenderableType:
     rows: list[RenderableType] = [Text.assemble((snapshot.activity, "bold"), f"  {duration(snapshot.elapsed)}")]
     if snapshot.progress is not None:
         rows += [_bar(snapshot.progress), Text("   ".join(figures(snapshot.progress)))]
-        if snapshot.progress.stages:
+        if isinstance(snapshot.progress, Progress) and snapshot.progress.stages:
             rows.append(Text(stages_text(snapshot.progress.stages), style="dim"))
     if snapshot.workers:
         rows.append(workers_table(snapshot.workers))
@@ -123,8 +133,12 @@ def snapshot_view(snapshot: Snapshot) -> RenderableType:
     return Group(*rows)
 
 
-def figures(progress: Progress) -> Iterator[str]:
+def figures(progress: Progress | FrameCount) -> Iterator[str]:
     """What matters of a progress, each in a few words."""
+    if isinstance(progress, FrameCount):
+        yield f"{progress.step}/{progress.steps} frames"
+        yield f"{progress.steps_per_second:.1f} frames/s"
+        return
     yield f"{progress.phase} {progress.step}/{progress.steps}"
     yield f"{progress.steps_per_second:.1f} steps/s"
     if progress.episode_return is not None:
@@ -166,7 +180,7 @@ def duration(seconds: float) -> str:
     return f"{hours}:{minutes:02d}:{left:02d}" if hours else f"{minutes}:{left:02d}"
 
 
-def _bar(progress: Progress) -> RenderableType:
+def _bar(progress: Progress | FrameCount) -> RenderableType:
     bar = Table.grid(padding=(0, 2, 0, 0))
     bar.add_row(
         ProgressBar(total=max(progress.steps, 1), completed=progress.step, width=BAR_WIDTH),
@@ -175,7 +189,7 @@ def _bar(progress: Progress) -> RenderableType:
     return bar
 
 
-def _remaining(progress: Progress) -> str:
+def _remaining(progress: Progress | FrameCount) -> str:
     if progress.steps_per_second <= 0 or progress.step >= progress.steps:
         return ""
     return f"{duration((progress.steps - progress.step) / progress.steps_per_second)} left"

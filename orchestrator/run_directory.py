@@ -3,11 +3,8 @@
 The orchestrator makes the directory whole or not at all and never overwrites one; the agent writes its records into it.
 """
 
-import fcntl
-import os
 import shutil
 import tempfile
-import time
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
@@ -18,6 +15,7 @@ import msgspec
 import tomli_w
 from msgspec import Struct
 
+from orchestrator.directory_lock import directory_lock
 from orchestrator.errors import NoSuchRun, RunBusy, RunError, RunExists
 from orchestrator.json_lines import all_records, append_record, last_record
 from orchestrator.restart import Restart
@@ -235,12 +233,9 @@ class RunDirectory(Struct, frozen=True):
         Raises:
             RunBusy: another one does.
         """
-        descriptor = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            _lock_within(descriptor, patience, self.path)
+        otherwise = f"another orchestrator works on {self.path}; see 'orchestrator status {self.path}'"
+        with directory_lock(self.path, patience, otherwise):
             yield
-        finally:
-            os.close(descriptor)
 
     def is_busy(self) -> bool:
         """Whether an orchestrator works on this run now."""
@@ -277,19 +272,6 @@ def _directory_aside(path: Path) -> Generator[Path]:
     except BaseException:
         shutil.rmtree(aside, ignore_errors=True)
         raise
-
-
-def _lock_within(descriptor: int, patience: float, path: Path) -> None:
-    deadline = time.monotonic() + patience
-    while True:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            if time.monotonic() >= deadline:
-                raise RunBusy(f"another orchestrator works on {path}; see 'orchestrator status {path}'") from None
-            time.sleep(0.05)
-        else:
-            return
 
 
 def _read(path: Path, record: type[RecordT]) -> RecordT | None:

@@ -9,7 +9,7 @@ from orchestrator.elsewhere import NOBODY_ELSEWHERE, Elsewhere
 from orchestrator.errors import Interrupted
 from orchestrator.fleet import Fleet
 from orchestrator.launch import Launch
-from orchestrator.live_display import Display, Snapshot
+from orchestrator.live_display import Display, FrameCount, Snapshot
 from orchestrator.log_warnings import LogWarnings
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervisor import Supervisor
@@ -117,7 +117,13 @@ class Session:
         self._supervisor.release(launch.name)
         self._show(activity, at_once=True)
 
-    def _show(self, activity: str, *, at_once: bool = False) -> None:
+    def attend(self, activity: str, progress: FrameCount | None = None) -> None:
+        """Look after the workers once, while somebody waits for what they answer; errors as `start_workers`."""
+        self._stop.check()
+        self._supervisor.look()
+        self._show(activity, progress=progress)
+
+    def _show(self, activity: str, *, at_once: bool = False, progress: FrameCount | None = None) -> None:
         if not at_once and self._clock() - self._shown < SHOW:
             return
         self._shown = self._clock()
@@ -125,7 +131,7 @@ class Session:
             Snapshot(
                 activity=activity,
                 elapsed=self._clock() - self._began,
-                progress=self._news(),
+                progress=progress or self._news(),
                 workers=(*self._elsewhere.health(), *self._supervisor.health()),
                 warning=self._warnings.last(),
             )

@@ -6,6 +6,7 @@ from rich.console import Console
 from orchestrator.heartbeat import Health
 from orchestrator.live_display import (
     LINE_INTERVAL,
+    FrameCount,
     LineDisplay,
     LiveDisplay,
     Snapshot,
@@ -74,6 +75,13 @@ def console() -> Console:
 
 def written(console: Console) -> list[str]:
     return console.file.getvalue().splitlines()
+
+
+def test_an_experiment_is_shown_by_its_frames_its_speed_and_the_time_that_is_left():
+    count = FrameCount(step=50, steps=200, steps_per_second=10.0)
+    snapshot = Snapshot(activity="observing test people", elapsed=5.0, progress=count)
+    assert snapshot_line(snapshot) == "0:05  observing test people  50/200 frames  10.0 frames/s  0:15 left"
+    assert "0:15 left" in text_of(snapshot_view(snapshot))
 
 
 def test_a_line_has_all_that_matters():

@@ -1,0 +1,77 @@
+"""`orchestrator experiment`: measures how far an estimate and its quality can be trusted."""
+
+import importlib.util
+import os
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from orchestrator.launch import PROCESS_ENVIRONMENT
+from orchestrator.options import at_work, examples
+from orchestrator.versions import collect_versions
+from protocol.config import RunConfig, load_config
+from protocol.errors import InvalidInput
+from protocol.scene import Split
+
+experiment_app = typer.Typer(
+    help="How far poses and their quality can be trusted, measured on many views.", no_args_is_help=True
+)
+
+
+@experiment_app.command(
+    "qoe",
+    epilog=examples(
+        "orchestrator experiment qoe --frames 5000",
+        "orchestrator experiment qoe configs/full.toml --split train --out runs/experiments/train",
+    ),
+)
+def qoe(
+    config: Annotated[
+        Path | None, typer.Argument(metavar="[CONFIG]", help="Of the workers.", show_default="every default")
+    ] = None,
+    frames: Annotated[int, typer.Option(min=1, help="How many views.")] = 5000,
+    split: Annotated[Split, typer.Option(help="Of whose people.")] = "test",
+    seed: Annotated[int, typer.Option(min=0, help="Of the views.")] = 0,
+    noise: Annotated[
+        Literal["both", "none", "d435i"], typer.Option(help="Of the depth; with both, each view is taken twice.")
+    ] = "both",
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Perception workers.", show_default="one for each core")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where it goes.", show_default="runs/experiments/qoe-SPLIT-SEED")
+    ] = None,
+) -> None:
+    """Observe many views and write a table of each joint beside its truth.
+
+    Stopped or killed, the same command goes on where it was.
+    """
+    _require_libraries()
+    from orchestrator.experiments import qoe as experiment
+    from orchestrator.experiments.directory import ExperimentDirectory, default_path
+    from orchestrator.experiments.views import ViewSet
+    from orchestrator.experiments.workers import experiment_workers, with_workers
+
+    views = ViewSet(
+        frames=frames, split=split, seed=seed, depth_noises=("none", "d435i") if noise == "both" else (noise,)
+    )
+    settings = with_workers(load_config(config) if config else RunConfig(), workers or os.cpu_count() or 1)
+    directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
+    parts = experiment.table_parts(directory, views)
+    with directory.lock(), at_work() as (display, stop):
+        if not parts.is_whole:
+            with experiment_workers(settings, display=display, stop=stop) as crew:
+                experiment.observe_views(parts, views, settings, crew)
+                versions = collect_versions(PROCESS_ENVIRONMENT)
+                parts.join(experiment.provenance(settings, views, versions, crew.capabilities()))
+    typer.echo(directory.table_path)
+
+
+def _require_libraries() -> None:
+    """Raise `InvalidInput` where the extra that experiments need is not installed.
+
+    Their modules are loaded by the commands: these libraries take their time, and no other command needs them.
+    """
+    if lacking := [name for name in ("pyarrow", "scipy", "matplotlib") if importlib.util.find_spec(name) is None]:
+        raise InvalidInput(f"experiments need {', '.join(lacking)}; install vantage's extra 'experiments'")

@@ -1,0 +1,196 @@
+"""What an experiment's table comes to: correlations, coverage and errors, each with its interval over people."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from msgspec import Struct
+
+from orchestrator.experiments.bootstrap import Figure, IntArray, figure, mean, people_of, quantile, samples_of_people
+from orchestrator.experiments.columns import LIFTINGS
+from orchestrator.experiments.correlation import auroc, pearson, spearman
+from orchestrator.experiments.frames import Frames, all_joints, located_only
+from orchestrator.experiments.sample import BANDS, LARGEST_ERROR, Estimates, Sample, uncertainties
+from protocol.arrays import Float64Array
+from protocol.skeleton import Joint
+
+WRONG = 0.15
+"""Metres; what is farther from the truth counts as wrong for the area under the ROC curve."""
+
+FAR_OFF = 0.3
+"""Metres; the share of errors beyond is told of each lifting."""
+
+
+class Score(Struct, frozen=True, kw_only=True):
+    """How well one uncertainty foretells the error, in one band of distances.
+
+    Attributes:
+        frames, joints: how many with a located joint, and how many located joints.
+        located_raw, located_clipped: Pearson's rho of frames over their located joints, errors as they are and clipped.
+        all_raw, all_clipped: the same over all 18 joints, missing ones at the centroid.
+        joint_raw, joint_clipped, joint_spearman: correlations over single located joints.
+        joint_auroc: of a joint's error being above `WRONG`.
+    """
+
+    noise: str
+    band: str
+    uncertainty: str
+    frames: int
+    joints: int
+    located_raw: Figure
+    located_clipped: Figure
+    all_raw: Figure
+    all_clipped: Figure
+    joint_raw: Figure
+    joint_clipped: Figure
+    joint_spearman: Figure
+    joint_auroc: Figure
+
+
+class Coverage(Struct, frozen=True, kw_only=True):
+    """How often the radius holds the joint, of which joints and in which band."""
+
+    noise: str
+    band: str
+    joint: str
+    joints: int
+    coverage: Figure
+    radius: Figure
+
+
+class JointError(Struct, frozen=True, kw_only=True):
+    """The error of one joint under one lifting, over the frames in which it was located; metres.
+
+    Attributes:
+        located: share of all frames.
+        far_off: share of errors beyond `FAR_OFF`.
+    """
+
+    noise: str
+    lifting: str
+    joint: str
+    located: Figure
+    mean: Figure
+    median: Figure
+    p90: Figure
+    far_off: Figure
+
+
+class QoeFigures(Struct, frozen=True, kw_only=True):
+    """All of an experiment's figures."""
+
+    frames: int
+    people: int
+    split: str
+    seed: int
+    network: str
+    lifting: str
+    scores: tuple[Score, ...]
+    coverage: tuple[Coverage, ...]
+    errors: tuple[JointError, ...]
+
+
+def scores(samples: Mapping[str, Sample]) -> Iterator[Score]:
+    """One for each noise, band and uncertainty."""
+    for noise, sample in samples.items():
+        for band, bounds in BANDS.items():
+            part = sample.within(bounds)
+            if len(part) == 0:
+                continue
+            person, drawn = _people(part)
+            for name, estimates in uncertainties(part).items():
+                yield score(noise, band, name, estimates, person, drawn)
+
+
+def score(noise: str, band: str, name: str, estimates: Estimates, person: IntArray, drawn: IntArray) -> Score:
+    """The figures of one uncertainty.
+
+    Args:
+        person: (frames,) who is in each frame.
+        drawn: samples of people.
+    """
+    located, imputed = located_only(estimates), all_joints(estimates)
+    chosen = estimates.located
+    uncertainty, error = estimates.uncertainty[chosen], estimates.error[chosen]
+    owner = np.broadcast_to(person[:, None], chosen.shape)[chosen]
+    clipped = np.minimum(error, LARGEST_ERROR)
+    return Score(
+        noise=noise,
+        band=band,
+        uncertainty=name,
+        frames=len(located.error),
+        joints=len(error),
+        located_raw=_of_frames(located, located.error, person, drawn),
+        located_clipped=_of_frames(located, located.clipped, person, drawn),
+        all_raw=_of_frames(imputed, imputed.error, person, drawn),
+        all_clipped=_of_frames(imputed, imputed.clipped, person, drawn),
+        joint_raw=figure(pearson(uncertainty, error, owner, drawn)),
+        joint_clipped=figure(pearson(uncertainty, clipped, owner, drawn)),
+        joint_spearman=figure(spearman(uncertainty, error, owner, drawn)),
+        joint_auroc=figure(auroc(uncertainty, error > WRONG, owner, drawn)),
+    )
+
+
+def coverages(samples: Mapping[str, Sample]) -> Iterator[Coverage]:
+    """Of all joints in each band, and of each joint in all; none where the worker was not calibrated."""
+    for noise, sample in samples.items():
+        for band, bounds in BANDS.items():
+            part = sample.within(bounds)
+            if np.isfinite(part["radius"]).any():
+                yield _coverage(noise, band, "all", part, slice(None))
+        if np.isfinite(sample["radius"]).any():
+            yield from (_coverage(noise, "all", words(joint), sample, slice(joint, joint + 1)) for joint in Joint)
+
+
+def errors(samples: Mapping[str, Sample]) -> Iterator[JointError]:
+    """Of all joints together and of each, under each lifting."""
+    for noise, sample in samples.items():
+        for lifting in LIFTINGS:
+            yield _joint_error(noise, lifting, "all", sample, slice(None))
+            yield from (_joint_error(noise, lifting, words(joint), sample, slice(joint, joint + 1)) for joint in Joint)
+
+
+def words(joint: Joint) -> str:
+    """A joint's name for people."""
+    return joint.name.lower().replace("_", " ")
+
+
+def _people(sample: Sample) -> tuple[IntArray, IntArray]:
+    person = people_of(sample["identity"])
+    return person, samples_of_people(int(person.max()) + 1)
+
+
+def _of_frames(frames: Frames, error: Float64Array, person: IntArray, drawn: IntArray) -> Figure:
+    return figure(pearson(frames.uncertainty, error, person[frames.kept], drawn))
+
+
+def _coverage(noise: str, band: str, joint: str, sample: Sample, joints: slice) -> Coverage:
+    radius, error = sample["radius"][:, joints], sample["error"][:, joints]
+    chosen = np.isfinite(radius) & np.isfinite(error)
+    person, drawn = _people(sample)
+    owner = np.broadcast_to(person[:, None], chosen.shape)[chosen]
+    return Coverage(
+        noise=noise,
+        band=band,
+        joint=joint,
+        joints=int(chosen.sum()),
+        coverage=figure(mean(error[chosen] <= radius[chosen], owner, drawn)),
+        radius=figure(mean(radius[chosen], owner, drawn)),
+    )
+
+
+def _joint_error(noise: str, lifting: str, joint: str, sample: Sample, joints: slice) -> JointError:
+    error = sample[f"error_{lifting}"][:, joints]
+    located = np.isfinite(error)
+    person, drawn = _people(sample)
+    everybody = np.broadcast_to(person[:, None], error.shape)
+    owner, error = everybody[located], error[located]
+    return JointError(
+        noise=noise,
+        lifting=lifting,
+        joint=joint,
+        located=figure(mean(located.ravel(), everybody.ravel(), drawn)),
+        mean=figure(mean(error, owner, drawn)),
+        median=figure(quantile(error, 0.5, owner, drawn)),
+        p90=figure(quantile(error, 0.9, owner, drawn)),
+        far_off=figure(mean(error > FAR_OFF, owner, drawn)),
+    )

@@ -1,0 +1,125 @@
+"""The experiment on the quality of estimation: many views observed, each joint of each beside its truth."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import msgspec
+from msgspec import Struct
+
+from orchestrator.experiments.columns import LIFTINGS, joint_columns, table_of
+from orchestrator.experiments.directory import ExperimentDirectory
+from orchestrator.experiments.parts import Parts
+from orchestrator.experiments.views import SeededScene, View, ViewSet, camera_of, scenes_of, view
+from orchestrator.experiments.workers import Rate, Workers
+from orchestrator.run_directory import resolved_toml
+from orchestrator.versions import Versions
+from protocol.camera import DepthNoise
+from protocol.config import EnvironmentConfig, RunConfig
+from protocol.messages import Observe, Sampled, SampleScene
+from protocol.observation import FilterState, Observation
+
+FRAMES_A_PART = 250
+"""Frames that a kill costs at most."""
+
+
+class Shot(Struct, frozen=True, eq=False):
+    """One picture to be taken of a view."""
+
+    view: View
+    scene: SeededScene
+    request: Observe
+
+
+def table_parts(directory: ExperimentDirectory, views: ViewSet, frames_a_part: int = FRAMES_A_PART) -> Parts:
+    """The parts of the experiment's table."""
+    return Parts(directory.table_path, -(-views.frames // frames_a_part))
+
+
+def observe_views(
+    parts: Parts, views: ViewSet, config: RunConfig, workers: Workers, frames_a_part: int = FRAMES_A_PART
+) -> None:
+    """Observe the views of every part that is missing, and write each part.
+
+    Raises:
+        Interrupted: somebody asked to stop; the parts that are whole stay.
+        CallFailed: a worker could not answer.
+    """
+    missing = parts.missing()
+    numbers = {part: _numbers(part, views, frames_a_part) for part in missing}
+    each = len(views.depth_noises)
+    to_do = each * sum(map(len, numbers.values()))
+    rate = Rate(each * views.frames, each * views.frames - to_do)
+    capabilities = workers.capabilities()
+    for part in missing:
+        rows = []
+        for shot, observation in _observed([view(views, n) for n in numbers[part]], views, config, workers, rate):
+            rows.append((frame_values(shot, capabilities), joint_columns(shot.request, observation)))
+            rate.advance()
+        parts.write(part, table_of(rows))
+
+
+def provenance(
+    config: RunConfig, views: ViewSet, versions: Versions, capabilities: Mapping[str, str]
+) -> dict[str, str]:
+    """What a table tells of how it was made; nothing of it changes by when or where that was."""
+    return {
+        "vantage.config": resolved_toml(config).decode(),
+        "vantage.views": msgspec.json.encode(views).decode(),
+        "vantage.version": versions.vantage,
+        "vantage.packages": msgspec.json.encode(versions.packages, order="deterministic").decode(),
+        "vantage.perception": msgspec.json.encode(dict(capabilities), order="deterministic").decode(),
+    }
+
+
+def frame_values(shot: Shot, capabilities: Mapping[str, str]) -> dict[str, object]:
+    """The columns that a frame has one value for."""
+    viewpoint, camera = shot.view.viewpoint, shot.request.camera
+    values: dict[str, object] = {
+        "frame": shot.view.number,
+        "seed": shot.scene.seed,
+        "identity": shot.view.identity,
+        "pose": shot.view.kind,
+        "distance": viewpoint.distance,
+        "azimuth": viewpoint.angle,
+        "altitude": viewpoint.altitude,
+        "depth_noise": camera.depth_noise,
+        "network": capabilities.get("network", ""),
+        "lifting": capabilities.get("lifting", ""),
+    }
+    for name, point in (("camera", camera.pose.position), ("target", camera.pose.target)):
+        values |= {f"{name}_{axis}": value for axis, value in zip("xyz", point, strict=True)}
+    return values
+
+
+def observe_request(
+    one: View, scene: SeededScene, environment: EnvironmentConfig, depth_noise: DepthNoise = "none"
+) -> Observe:
+    """What is asked of a perception worker for a view."""
+    return Observe(
+        scene=scene.scene,
+        camera=camera_of(one, scene.scene, environment, depth_noise),
+        filter=FilterState.initial((*scene.scene.position, environment.target_height)),
+        truth=True,
+        liftings=LIFTINGS,
+    )
+
+
+def _numbers(part: int, views: ViewSet, frames_a_part: int) -> range:
+    return range(part * frames_a_part, min((part + 1) * frames_a_part, views.frames))
+
+
+def _observed(
+    chosen: Sequence[View], views: ViewSet, config: RunConfig, workers: Workers, rate: Rate
+) -> Iterator[tuple[Shot, Observation]]:
+    activity = f"observing {views.split} people"
+
+    def ask(requests: Sequence[SampleScene]) -> Iterator[Sampled]:
+        return workers.answers(workers.renderers, requests, activity, rate)
+
+    scenes = scenes_of(views, chosen, ask)
+    shots = [
+        Shot(one, scenes[one.number], observe_request(one, scenes[one.number], config.environment, noise))
+        for one in chosen
+        for noise in views.depth_noises
+    ]
+    answers = workers.answers(workers.perceivers, (shot.request for shot in shots), activity, rate)
+    yield from zip(shots, answers, strict=True)

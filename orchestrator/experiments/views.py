@@ -1,0 +1,114 @@
+"""The views that an experiment is made of: who is seen in which pose, and from where.
+
+A view depends on the experiment's seed and its own number alone, not on how many there are or on who asks for it.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TypeAlias
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from orchestrator.view import Viewpoint, camera_at
+from protocol.camera import Camera, DepthNoise
+from protocol.config import EnvironmentConfig
+from protocol.errors import InvalidInput
+from protocol.messages import Sampled, SampleScene
+from protocol.scene import TEST_IDENTITIES, TEST_POSES, TRAIN_IDENTITIES, TRAIN_POSES, Scene, Split
+
+DISTANCE = (1.5, 9.0)
+AZIMUTH = (-180.0, 180.0)
+ALTITUDE = (1.0, 2.5)
+"""What views are drawn from, evenly: metres along the ground, degrees from the front, metres above the ground."""
+
+DRAWS_AT_ONCE, MOST_DRAWS = 64, 64_000
+"""Scenes drawn in a row, and before giving up on one with the wanted pose; one in six or eight has it."""
+
+AskForScenes: TypeAlias = Callable[[Sequence[SampleScene]], Iterable[Sampled]]
+
+
+class ViewSet(Struct, frozen=True, kw_only=True):
+    """All the views of an experiment.
+
+    Attributes:
+        seed: the same one gives the same views.
+        depth_noises: each view is taken once with each.
+    """
+
+    frames: int = 5000
+    split: Split = "test"
+    seed: int = 0
+    depth_noises: tuple[DepthNoise, ...] = ("none", "d435i")
+
+    def __post_init__(self) -> None:
+        if self.frames < 1 or self.seed < 0:
+            raise InvalidInput("an experiment has 1 frame or more, and a seed of 0 or more")
+        if not self.depth_noises or len(set(self.depth_noises)) < len(self.depth_noises):
+            raise InvalidInput("name one or more kinds of depth noise, each once")
+
+
+class View(Struct, frozen=True, kw_only=True):
+    """One of them: `number` from 0, and the identity and kind of pose that is seen."""
+
+    number: int
+    identity: int
+    kind: int
+    viewpoint: Viewpoint
+
+
+class SeededScene(Struct, frozen=True):
+    """A scene, and the seed that it was drawn from."""
+
+    seed: int
+    scene: Scene
+
+
+def view(views: ViewSet, number: int) -> View:
+    """View `number`: identities in turn, for each round of them the next pose, and a place of its own."""
+    identities, kinds = (TEST_IDENTITIES, TEST_POSES) if views.split == "test" else (TRAIN_IDENTITIES, TRAIN_POSES)
+    random = np.random.default_rng((views.seed, number))
+    distance, azimuth, altitude = (float(random.uniform(*bounds)) for bounds in (DISTANCE, AZIMUTH, ALTITUDE))
+    return View(
+        number=number,
+        identity=identities[number % len(identities)],
+        kind=kinds[number // len(identities) % len(kinds)],
+        viewpoint=Viewpoint(distance=distance, angle=azimuth, altitude=altitude),
+    )
+
+
+def scenes_of(views: ViewSet, chosen: Sequence[View], ask: AskForScenes) -> Mapping[int, SeededScene]:
+    """The scene of each view, by the view's number.
+
+    Scenes are drawn by who renders, a sequence for the first of the views. Each view takes the next one with a pose of
+    its kind, and gives it its identity; so its scene does not depend on how many views follow.
+
+    Raises:
+        InvalidInput: poses of some kind are never drawn.
+    """
+    wanted = Counter(one.kind for one in chosen)
+    drawn: dict[int, list[SeededScene]] = {kind: [] for kind in wanted}
+    for batch in range(MOST_DRAWS // DRAWS_AT_ONCE):
+        if all(len(drawn[kind]) >= count for kind, count in wanted.items()):
+            left = {kind: iter(scenes) for kind, scenes in drawn.items()}
+            return {one.number: _dressed(next(left[one.kind]), one) for one in chosen}
+        draws = range(batch * DRAWS_AT_ONCE, (batch + 1) * DRAWS_AT_ONCE)
+        requests = [SampleScene(seed=scene_seed(views, chosen[0], draw), split=views.split) for draw in draws]
+        for request, answer in zip(requests, ask(requests), strict=True):
+            drawn.setdefault(answer.scene.pose.kind, []).append(SeededScene(request.seed, answer.scene))
+    raise InvalidInput(f"{MOST_DRAWS} scenes of {views.split} have too few of the poses that were looked for")
+
+
+def _dressed(drawn: SeededScene, one: View) -> SeededScene:
+    return replace(drawn, scene=replace(drawn.scene, identity=one.identity))
+
+
+def scene_seed(views: ViewSet, first: View, draw: int) -> int:
+    """The seed of draw number `draw` for the views that begin with `first`."""
+    return int(np.random.default_rng((views.seed, first.number, draw)).integers(2**31))
+
+
+def camera_of(one: View, scene: Scene, environment: EnvironmentConfig, depth_noise: DepthNoise) -> Camera:
+    """The camera of a view."""
+    return replace(camera_at(one.viewpoint, scene, environment), depth_noise=depth_noise)

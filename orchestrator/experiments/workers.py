@@ -1,0 +1,138 @@
+"""The workers of an experiment: as many as are asked for, looked after while their answers are waited for."""
+
+import time
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import wait
+from contextlib import contextmanager
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from orchestrator.fleet import Fleet
+from orchestrator.launch import addresses, registry_address, worker_launches
+from orchestrator.live_display import Display, FrameCount
+from orchestrator.registry import Registry, serve_registry
+from orchestrator.run_directory import resolved_toml
+from orchestrator.session import LOOK, Session
+from orchestrator.socket_directory import socket_directory
+from orchestrator.stop_request import StopRequest
+from orchestrator.supervisor import Supervisor
+from protocol.artifact import cache_directory
+from protocol.config import RunConfig
+from protocol.message import ReplyT, Request
+from protocol.messages import Role
+from protocol.pending import Pending
+from protocol.pool import Pool
+from protocol.timeouts import Timeouts
+
+AHEAD = 3
+"""Requests under way to each worker; one more than it works on, so that it never waits for us."""
+
+PERCEIVERS_PER_RENDERER = 2
+"""A picture is drawn in a third of the time that it takes to make sense of it."""
+
+
+class Rate:
+    """How far a stretch of work is, and how fast it goes."""
+
+    def __init__(self, steps: int, done: int = 0, clock: Callable[[], float] = time.monotonic) -> None:
+        self._steps = steps
+        self._first = self._done = done
+        self._clock = clock
+        self._began = clock()
+
+    def advance(self) -> None:
+        """One more is done."""
+        self._done += 1
+
+    @property
+    def count(self) -> FrameCount:
+        """As of now; what an earlier process did counts as done, and not for the speed."""
+        seconds = max(self._clock() - self._began, 1e-9)
+        speed = (self._done - self._first) / seconds
+        return FrameCount(step=self._done, steps=self._steps, steps_per_second=speed)
+
+
+class Workers(Struct, frozen=True, eq=False):
+    """Pools of both roles, and what to do while waiting for them."""
+
+    renderers: Pool
+    perceivers: Pool
+    session: Session
+
+    def attend(self, activity: str, rate: Rate | None = None) -> None:
+        """Look after the workers and show how far we are.
+
+        Raises:
+            Interrupted: somebody asked to stop.
+            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.look`.
+        """
+        self.session.attend(activity, None if rate is None else rate.count)
+
+    def wait_for(self, pending: Pending[ReplyT], activity: str, rate: Rate | None = None) -> ReplyT:
+        """The answer; errors as `attend`, and those of the call itself."""
+        self.attend(activity, rate)
+        while not wait([pending], timeout=LOOK).done:
+            self.attend(activity, rate)
+        return pending.result()
+
+    def answers(
+        self, pool: Pool, requests: Iterable[Request[ReplyT]], activity: str, rate: Rate | None = None
+    ) -> Iterator[ReplyT]:
+        """In the order of the requests; errors as `wait_for`."""
+        under_way: deque[Pending[ReplyT]] = deque()
+        try:
+            for request in requests:
+                under_way.append(pool.submit(request))
+                if len(under_way) >= AHEAD * len(pool.addresses):
+                    yield self.wait_for(under_way.popleft(), activity, rate)
+            while under_way:
+                yield self.wait_for(under_way.popleft(), activity, rate)
+        finally:
+            for pending in under_way:
+                pending.cancel()
+
+    def capabilities(self) -> dict[str, str]:
+        """What the perception workers say of themselves."""
+        return self.perceivers.wait_ready()[0].capabilities
+
+
+def with_workers(config: RunConfig, perceivers: int) -> RunConfig:
+    """The configuration with that many perception workers, and the render workers that keep them busy."""
+    renderers = -(-perceivers // PERCEIVERS_PER_RENDERER)
+    return replace(
+        config,
+        render=replace(config.render, workers=renderers),
+        perception=replace(config.perception, workers=perceivers),
+    )
+
+
+@contextmanager
+def experiment_workers(config: RunConfig, *, display: Display, stop: StopRequest) -> Generator[Workers]:
+    """The workers that the configuration asks for, ready; none is left when this ends.
+
+    Raises:
+        ProcessFailed, DeadlineExceeded, Interrupted: as for a training.
+    """
+    timeouts = Timeouts.from_config(config.timeouts)
+    with (
+        socket_directory() as sockets,
+        serve_registry(Registry(timeouts.liveness), registry_address(sockets), timeouts),
+        Fleet(cache_directory() / "logs", stop) as fleet,
+        Supervisor(fleet, config.supervision, timeouts) as supervisor,
+    ):
+        config_path = sockets / "config.toml"
+        config_path.write_bytes(resolved_toml(config))
+        launches = worker_launches(config, config_path, sockets)
+        session = Session(fleet, supervisor, display, stop)
+        session.start_workers(launches)
+        with (
+            _pool(addresses(launches, Role.RENDER), Role.RENDER, timeouts) as renderers,
+            _pool(addresses(launches, Role.PERCEPTION), Role.PERCEPTION, timeouts) as perceivers,
+        ):
+            yield Workers(renderers, perceivers, session)
+
+
+def _pool(addresses: tuple[str, ...], serves: Role, timeouts: Timeouts) -> Pool:
+    return Pool(addresses, role=Role.ORCHESTRATOR, serves=serves, timeouts=timeouts)
