@@ -12,6 +12,7 @@ from typer.core import TyperGroup
 
 from orchestrator import doctor as machine
 from orchestrator import training
+from orchestrator.calibration_cli import calibration_app
 from orchestrator.errors import HostNotTold, Interrupted, RunError
 from orchestrator.experiment_cli import experiment_app
 from orchestrator.host import HostOrder
@@ -81,6 +82,7 @@ app = typer.Typer(
 app.add_typer(models_app, name="models")
 app.add_typer(bodies_app, name="bodies")
 app.add_typer(keys_app, name="keys")
+app.add_typer(calibration_app, name="calibration")
 app.add_typer(experiment_app, name="experiment")
 
 JoinOption = Annotated[

@@ -254,6 +254,9 @@ def test_wrong_arguments_exit_with_2_before_anything_starts(invoke, tmp_path, ar
         ("view",),
         ("models", "pull"),
         ("bodies", "bake"),
+        ("calibration", "fit"),
+        ("calibration", "show"),
+        ("experiment", "qoe"),
     ],
 )
 def test_every_command_has_help_with_examples(invoke, command):
