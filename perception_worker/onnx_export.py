@@ -1,7 +1,7 @@
 """A TensorFlow pose network as ONNX, whole or a part of it.
 
-The graph may hold convolutions (depthwise ones too), biases, ReLU, sigmoids, max pooling, padding, sums, doubling in size
-and concatenation along channels: what a pose network of MobileNets is made of.
+The graph may hold convolutions (depthwise ones too), biases, ReLU, sigmoids, max pooling, padding, sums, doubling in
+size and concatenation along channels: what a pose network of MobileNets is made of.
 """
 
 from collections.abc import Mapping, Sequence
@@ -198,8 +198,8 @@ class _Translation:
 def _pads(node: Node, window: Sequence[int]) -> list[int]:
     """TensorFlow's padding as explicit numbers: top, left, bottom, right.
 
-    Those of SAME hold for sizes that the strides divide, which is why the image's must be multiples of 8. The odd one of an
-    uneven padding goes to the bottom and the right.
+    Those of SAME hold for sizes that the strides divide, which is why the image's must be multiples of 8. The odd one
+    of an uneven padding goes to the bottom and the right.
     """
     if node.padding == "VALID":
         return [0, 0, 0, 0]

@@ -1,7 +1,7 @@
 """A network as TensorFlow.js publishes it: its graph in JSON, its weights in one file beside it.
 
-It becomes the same nodes as a frozen TensorFlow graph's. TensorFlow.js fuses a convolution with the bias and the activation
-that follow it; here they are apart again.
+It becomes the same nodes as a frozen TensorFlow graph's. TensorFlow.js fuses a convolution with the bias and the
+activation that follow it; here they are apart again.
 """
 
 import base64

@@ -119,7 +119,7 @@ class TestPullByNpm:
     def test_a_package_that_npm_cant_find_is_named(self, cache, archive):
         network = tiny_tfjs_network(archive, archive)
         archive.unlink()
-        with pytest.raises(Unavailable, match="npm could not fetch .*tiny-pose"):
+        with pytest.raises(Unavailable, match=r"npm could not fetch .*tiny-pose"):
             pull(network)
 
     def test_without_npm_says_what_is_missing(self, cache, archive, monkeypatch):

@@ -68,5 +68,5 @@ def test_a_dilated_convolution_is_refused():
     described = json.loads(model)
     node = next(node for node in described["modelTopology"]["node"] if node["name"] == "last")
     node["attr"]["dilations"]["list"]["i"] = ["1", "2", "2", "1"]
-    with pytest.raises(ArtifactDamaged, match="last .* dilated"):
+    with pytest.raises(ArtifactDamaged, match=r"last .* dilated"):
         read_tfjs(json.dumps(described).encode(), weights)
