@@ -2,9 +2,9 @@
 
     python -m benchmarks.perception --frames 300
 
-Views of test identities, 1.5 to 6 m away, from all around, rendered once; every network looks at the same ones. Times are
-of one thread unless a column says two; frames a second are from a picture to keypoints, all networks taking turns, so that
-other work on the machine slows them alike. Prints Markdown tables. Networks that were not pulled are left out.
+Views of test identities, 1.5 to 6 m away, from all around, rendered once; every network looks at the same ones. Times
+are of one thread unless a column says two; frames a second are from a picture to keypoints, all networks taking turns,
+so that other work on the machine slows them alike. Prints Markdown tables. Networks that were not pulled are left out.
 """
 
 import argparse

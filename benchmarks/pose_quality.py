@@ -101,7 +101,8 @@ def figures(estimates: Sequence[Estimate]) -> Figures:
         for name in ("detected", "error", "visible", "right", "swapped")
     )
     behind = np.array([one.behind for one in estimates])
-    face = detected[:, _FACE].any(axis=1)
+    face: BoolArray = np.any(detected[:, _FACE], axis=1)
+    nobody: BoolArray = ~np.any(detected, axis=1)
     raw, clipped = frame_correlations(estimates)
     return Figures(
         found=float(detected.sum(axis=1).mean()),
@@ -111,7 +112,7 @@ def figures(estimates: Sequence[Estimate]) -> Figures:
         clipped_correlation=clipped,
         swapped=_mean(swapped[visible]),
         faces_behind=_mean(face[behind]),
-        nobody=_mean(~detected.any(axis=1)),
+        nobody=_mean(nobody),
     )
 
 
