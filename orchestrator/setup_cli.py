@@ -12,7 +12,7 @@ from orchestrator.setup_command import run_setup
 from orchestrator.stop_request import stop_on_signals
 from protocol.messages import Role
 
-models_app = typer.Typer(help="The pose network in the user's cache.", no_args_is_help=True)
+models_app = typer.Typer(help="The pose networks in the user's cache.", no_args_is_help=True)
 bodies_app = typer.Typer(help="The bodies in the user's cache.", no_args_is_help=True)
 keys_app = typer.Typer(
     help="The keys under which processes on several machines speak with each other.", no_args_is_help=True
@@ -22,10 +22,21 @@ KeysOption = Annotated[Path, typer.Option("--dir", help="Where the keys and the 
 ForceOption = Annotated[bool, typer.Option("--force", help="Make it anew even if it is there.")]
 
 
-@models_app.command("pull", epilog=examples("orchestrator models pull"))
-def pull_models(force: ForceOption = False) -> None:
-    """Fetch the pose network into the user's cache, unless it is there and whole."""
-    _run_setup("perception_worker.models", "pull", *(["--force"] if force else []))
+@models_app.command("pull", epilog=examples("orchestrator models pull", "orchestrator models pull movenet_thunder"))
+def pull_models(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME]...", show_default="the default network")] = None,
+    everything: Annotated[bool, typer.Option("--all", help="Every network known by name.")] = False,
+    force: ForceOption = False,
+) -> None:
+    """Fetch pose networks into the user's cache, unless they are there and whole."""
+    flags = [*(["--all"] if everything else []), *(["--force"] if force else [])]
+    _run_setup("perception_worker.models", "pull", *flags, *(names or []))
+
+
+@models_app.command("list", epilog=examples("orchestrator models list", "orchestrator models list --json"))
+def list_models(json: JsonOption = False) -> None:
+    """Say which pose networks are known by name, and whether each is in the user's cache."""
+    _run_setup("perception_worker.models", "list", *(["--json"] if json else []))
 
 
 @bodies_app.command("bake", epilog=examples("orchestrator bodies bake"))

@@ -1,15 +1,36 @@
-"""Which library runs the pose network on this machine."""
+"""The network that a configuration names, on the library that runs it on this machine."""
 
 import importlib.util
 import logging
 from pathlib import Path
 
-from perception_worker.models import require_network
+from perception_worker.engine import Engine
+from perception_worker.layout import find_layout
+from perception_worker.models import KNOWN, OPENPOSE_MOBILENET_THIN, require_network
 from perception_worker.network import Network
-from protocol.config import PerceptionConfig
+from perception_worker.openpose_network import OpenPoseNetwork
+from perception_worker.single_person_network import (
+    BLAZEPOSE,
+    MOVENET_LIGHTNING,
+    MOVENET_THUNDER,
+    SinglePersonKind,
+    SinglePersonNetwork,
+)
+from protocol.config import PerceptionConfig, Pixels
 from protocol.errors import InvalidConfig, Unavailable
 
 _logger = logging.getLogger(__name__)
+
+DEFAULT_SIZE = 240, 320
+"""Rows and columns where the configuration names none and the network takes any."""
+
+_OPENPOSE_THRESHOLD = 0.1
+
+_SINGLE_PERSON: dict[str, SinglePersonKind] = {
+    "movenet_lightning": MOVENET_LIGHTNING,
+    "movenet_thunder": MOVENET_THUNDER,
+    "blazepose_full": BLAZEPOSE,
+}
 
 
 def open_network(config: PerceptionConfig) -> Network:
@@ -18,64 +39,124 @@ def open_network(config: PerceptionConfig) -> Network:
     `auto` is ONNX Runtime where it can use a GPU, and OpenVINO elsewhere.
 
     Raises:
-        ArtifactMissing: the default network was not pulled yet.
-        ArtifactDamaged: the default network's checksum is wrong.
-        InvalidConfig: another network's file is missing, can't be read or has other outputs; or the backend has no such
-            precision.
+        ArtifactMissing: a network known by name was not pulled yet.
+        ArtifactDamaged: its checksum is wrong.
+        InvalidConfig: another network's file is missing, can't be read or has other outputs; the network is not made
+            for what the configuration says of it; or the backend has no such precision.
         Unavailable: the backend is not installed.
     """
+    name = network_name(config)
+    if name in _SINGLE_PERSON:
+        return _open_single_person(name, _SINGLE_PERSON[name], config)
     file = _network_file(config)
-    if config.backend == "openvino":
-        return _open_openvino(file, config)
-    if config.backend == "onnxruntime":
-        return _open_onnxruntime(file, config)
-    return _open_on_gpu(file, config) or _open_openvino(file, config)
+    engine = _open_engine(file, _wanted_size(config), config)
+    layout = find_layout(engine.outputs, file, config.layout)
+    own_pixels: Pixels = "rgb_imagenet" if layout.name == "trt_pose" else "bgr"
+    return OpenPoseNetwork(
+        engine,
+        layout,
+        pixels=own_pixels if config.pixels == "auto" else config.pixels,
+        threshold=peak_threshold(config),
+        name=name,
+    )
+
+
+def network_name(config: PerceptionConfig) -> str:
+    """What the configuration's network is called: the name that it is known by, or its file's."""
+    if config.network is None:
+        return OPENPOSE_MOBILENET_THIN.name
+    return config.network if config.network in KNOWN else Path(config.network).name
+
+
+def input_size(config: PerceptionConfig) -> tuple[int, int] | None:
+    """Rows and columns of the image that the configuration's network is shown; None where its file decides."""
+    name = network_name(config)
+    return _SINGLE_PERSON[name].size if name in _SINGLE_PERSON else _wanted_size(config)
+
+
+def peak_threshold(config: PerceptionConfig) -> float:
+    """The height that a peak must exceed: the configuration's, or the network's own."""
+    if config.peak_threshold is not None:
+        return config.peak_threshold
+    name = network_name(config)
+    return _SINGLE_PERSON[name].threshold if name in _SINGLE_PERSON else _OPENPOSE_THRESHOLD
+
+
+def _open_single_person(name: str, kind: SinglePersonKind, config: PerceptionConfig) -> Network:
+    rows, columns = kind.size
+    if (config.rows or rows, config.columns or columns) != kind.size:
+        raise InvalidConfig(
+            f"perception.rows, perception.columns: {name} takes images of {rows}×{columns} and no others; leave both "
+            "out"
+        )
+    if (config.layout, config.pixels) != ("auto", "auto"):
+        raise InvalidConfig(f"perception.layout, perception.pixels: those of {name} are known; leave both out")
+    engine = _open_engine(require_network(KNOWN[name]), kind.size, config)
+    return SinglePersonNetwork(engine, kind, threshold=peak_threshold(config), name=name)
+
+
+def _wanted_size(config: PerceptionConfig) -> tuple[int, int] | None:
+    file_decides = config.network is not None and config.network not in KNOWN
+    if file_decides and config.rows is None and config.columns is None:
+        return None
+    rows, columns = DEFAULT_SIZE
+    return config.rows or rows, config.columns or columns
 
 
 def _network_file(config: PerceptionConfig) -> Path:
-    if config.network is None:
-        return require_network()
+    if config.network is None or config.network in KNOWN:
+        return require_network(KNOWN[network_name(config)])
     file = Path(config.network)
     if not file.is_file():
-        raise InvalidConfig(f"perception.network: there is no file {file}")
+        raise InvalidConfig(
+            f"perception.network: there is no file {file}, and no network of this name; known are {', '.join(KNOWN)}"
+        )
     return file
 
 
-def _open_on_gpu(file: Path, config: PerceptionConfig) -> Network | None:
+def _open_engine(file: Path, size: tuple[int, int] | None, config: PerceptionConfig) -> Engine:
+    if config.backend == "openvino":
+        return _open_openvino(file, size, config)
+    if config.backend == "onnxruntime":
+        return _open_onnxruntime(file, size, config)
+    return _open_on_gpu(file, size, config) or _open_openvino(file, size, config)
+
+
+def _open_on_gpu(file: Path, size: tuple[int, int] | None, config: PerceptionConfig) -> Engine | None:
     """The network on a GPU, if there is one that ONNX Runtime can really use: it may be built for it and find none."""
     if config.precision != "f32" or importlib.util.find_spec("onnxruntime") is None:
         return None
-    from perception_worker.onnxruntime_network import CPU, OnnxRuntimeNetwork, gpu_providers
+    from perception_worker.onnxruntime_engine import CPU, OnnxRuntimeEngine, gpu_providers
 
     if not gpu_providers():
         return None
-    network = OnnxRuntimeNetwork(file, input_size=(config.rows, config.columns), threads=config.threads)
-    if network.provider == CPU:
+    engine = OnnxRuntimeEngine(file, input_size=size, default_size=DEFAULT_SIZE, threads=config.threads)
+    if engine.provider == CPU:
         return None
-    _logger.info("%s runs on ONNX Runtime's %s", file.name, network.provider)
-    return network
+    _logger.info("%s runs on ONNX Runtime's %s", file.name, engine.provider)
+    return engine
 
 
-def _open_onnxruntime(file: Path, config: PerceptionConfig) -> Network:
+def _open_onnxruntime(file: Path, size: tuple[int, int] | None, config: PerceptionConfig) -> Engine:
     if config.precision != "f32":
         raise InvalidConfig(f"perception.precision: {config.precision} is OpenVINO's; ONNX Runtime computes in f32")
     _require_installed("onnxruntime")
-    from perception_worker.onnxruntime_network import OnnxRuntimeNetwork
+    from perception_worker.onnxruntime_engine import OnnxRuntimeEngine
 
-    network = OnnxRuntimeNetwork(file, input_size=(config.rows, config.columns), threads=config.threads)
-    _logger.info("%s runs on ONNX Runtime's %s", file.name, network.provider)
-    return network
+    engine = OnnxRuntimeEngine(file, input_size=size, default_size=DEFAULT_SIZE, threads=config.threads)
+    _logger.info("%s runs on ONNX Runtime's %s", file.name, engine.provider)
+    return engine
 
 
-def _open_openvino(file: Path, config: PerceptionConfig) -> Network:
+def _open_openvino(file: Path, size: tuple[int, int] | None, config: PerceptionConfig) -> Engine:
     _require_installed("openvino")
-    from perception_worker.openvino_network import OpenVinoNetwork
+    from perception_worker.openvino_engine import OpenVinoEngine
 
-    network = OpenVinoNetwork(
-        file, input_size=(config.rows, config.columns), precision=config.precision, threads=config.threads
+    engine = OpenVinoEngine(
+        file, input_size=size, default_size=DEFAULT_SIZE, precision=config.precision, threads=config.threads
     )
     _logger.info("%s runs on OpenVINO in %s with %d threads", file.name, config.precision, config.threads)
-    return network
+    return engine
 
 
 def _require_installed(backend: str) -> None:

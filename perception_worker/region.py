@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from protocol.arrays import Float32Array, Float64Array, UInt8Array
+from protocol.arrays import Float64Array, UInt8Array
 
 _MARGIN_SIDEWAYS, _MARGIN_UPRIGHT = 0.25, 0.18
 _LEAST_SIDE = 96
@@ -26,14 +25,9 @@ class Region:
         """All of a frame."""
         return cls(0, 0, width, height)
 
-    def image(self, rgb: UInt8Array, size: tuple[int, int]) -> Float32Array:
-        """The region as a pose network takes it: (3, rows, columns), BGR from 0 to 255, stretched to `size`."""
-        part = rgb[self.top : self.top + self.height, self.left : self.left + self.width]
-        rows, columns = size
-        shrinks = rows <= self.height and columns <= self.width
-        method = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
-        stretched = cv2.resize(part, (columns, rows), interpolation=method)
-        return np.ascontiguousarray(stretched[..., ::-1].transpose(2, 0, 1), dtype=np.float32)
+    def part(self, rgb: UInt8Array) -> UInt8Array:
+        """What a picture (rows, columns, 3) shows of the region; no copy."""
+        return rgb[self.top : self.top + self.height, self.left : self.left + self.width]
 
     def pixels(self, cells: Float64Array, map_size: tuple[int, int]) -> Float64Array:
         """Columns and rows of a map of the region (n, 2), centres at integers, to pixels x and y of the frame."""

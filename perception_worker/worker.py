@@ -12,11 +12,10 @@ import cv2
 import numpy as np
 from msgspec.structs import replace
 
-from perception_worker.backend import open_network
+from perception_worker.backend import input_size, network_name, open_network
 from perception_worker.calibration import open_calibration
 from perception_worker.frames import RenderedFrames, opened_by
 from perception_worker.lifting import LIFTINGS
-from perception_worker.models import OPENPOSE_MOBILENET_THIN
 from perception_worker.perceive import Perceiver
 from perception_worker.stopwatch import Clock
 from protocol import Handlers, Pool, Timeouts, logs, serve
@@ -146,15 +145,11 @@ def open_perceiver(config: PerceptionConfig) -> Perceiver:
     Raises:
         VantageError: one of them can't be loaded.
     """
-    name = _network_name(config)
-    calibration = open_calibration(config, name)
+    calibration = open_calibration(config)
     if calibration is None and config.calibration == "auto":
+        name = network_name(config)
         _logger.info("no calibration is shipped for %s with these settings: quality comes without metres", name)
     return Perceiver(open_network(config), config, calibration=calibration)
-
-
-def _network_name(config: PerceptionConfig) -> str:
-    return Path(config.network).name if config.network else OPENPOSE_MOBILENET_THIN.name
 
 
 def _warm_up(perceiver: Perceiver) -> None:
@@ -171,9 +166,10 @@ def render_deadline(timeouts: Timeouts) -> float:
 
 def _capabilities(config: PerceptionConfig) -> dict[str, str]:
     """What a client is told of the worker when it says hello."""
+    size = input_size(config)
     return {
-        "network": _network_name(config),
-        "input": f"{config.rows}x{config.columns}",
+        "network": network_name(config),
+        "input": f"{size[0]}x{size[1]}" if size else "the file's",
         "precision": config.precision,
         "crop": config.crop,
         "lifting": config.lifting,
@@ -211,7 +207,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _config(chosen: argparse.Namespace) -> RunConfig:
     """The run's configuration, with what the command line says instead."""
     config = RunConfig() if chosen.config is None else load_config(chosen.config)
-    instead = {"network": chosen.network and str(chosen.network), "frames": chosen.frames}
+    instead = {"network": chosen.network, "frames": chosen.frames}
     given = {name: value for name, value in instead.items() if value is not None}
     return replace(config, perception=replace(config.perception, **given))
 
@@ -237,7 +233,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--advertise", metavar="ADDRESS", help=ADVERTISE_HELP)
     add_security_options(parser)
     parser.add_argument("--config", type=Path, metavar="FILE", help="the run's configuration; the defaults without it")
-    parser.add_argument("--network", type=Path, metavar="FILE", help="an ONNX file, in place of the configuration's")
+    parser.add_argument(
+        "--network", metavar="NAME|FILE", help="a name or an ONNX file, in place of the configuration's"
+    )
     parser.add_argument(
         "--frames",
         choices=get_args(FrameEncoding),

@@ -17,10 +17,13 @@ from protocol.observation import Lifting
 
 FrameEncoding: TypeAlias = Literal["auto", Encoding]
 Profile: TypeAlias = Literal["thesis", "vantage"]
+Layout: TypeAlias = Literal["auto", "openpose", "trt_pose"]
+Pixels: TypeAlias = Literal["bgr", "bgr_centred", "rgb_unit", "rgb_signed", "rgb_imagenet"]
 Positive: TypeAlias = Annotated[float, Meta(gt=0)]
 NotNegative: TypeAlias = Annotated[float, Meta(ge=0)]
 Fraction: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
 Count: TypeAlias = Annotated[int, Meta(ge=1)]
+ImageSide: TypeAlias = Annotated[int, Meta(ge=64, le=2048, multiple_of=8)]
 CountOrNone: TypeAlias = Annotated[int, Meta(ge=0)]
 
 
@@ -79,14 +82,21 @@ class PerceptionConfig(_Section, frozen=True):
     """Perception workers.
 
     Attributes:
-        network: an ONNX file of the same outputs as the default network's, or none for the default.
+        network: the name that one is known by (`orchestrator models list`), an ONNX file of heatmaps and part-affinity
+            fields, or none for the default.
+        layout: a file's order of joints and fields; `auto` tells it by the number of channels.
+        pixels: what a file takes: 0 to 255 (`bgr`), less 128 and divided by 256 (`bgr_centred`), 0 to 1 (`rgb_unit`),
+            -1 to 1 (`rgb_signed`), or by ImageNet's means and deviations; `auto` is `bgr` in OpenPose's layout, and
+            ImageNet's in trt_pose's.
         backend: what runs it; `auto` is OpenVINO where there is no GPU, ONNX Runtime elsewhere.
         precision: OpenVINO's; left to itself it would pick by the CPU, and the heatmaps would change.
-        rows, columns: the network's input size, multiples of 8.
+        rows, columns: the network's input size, multiples of 8; left out, a file's or a network's own, and 240×320
+            where it has none. A network of one size takes no other.
         crop: with `person`, a second pass on the part of the image where the first one found somebody.
         lifting: what of the depths around a keypoint is the joint's; `auto` is the profile's.
         calibration: what tells expected errors and radii: a file, `none`, or with `auto` the one that ships for
             this network and way of lifting, if there is one.
+        peak_threshold: height that a peak in a heatmap must exceed; left out, it is the network's own.
         prefetch: requests in hand at once, so that one is rendered while another is inferred.
         frames: how frames come from render workers: as they are (`none`), packed without loss, or as a JPEG, which
             changes what is seen a little; `auto` is `lossless` from other machines and `none` within this one.
@@ -94,13 +104,15 @@ class PerceptionConfig(_Section, frozen=True):
 
     workers: Count = 1
     network: str | None = None
+    layout: Layout = "auto"
+    pixels: Literal["auto", Pixels] = "auto"
     backend: Literal["auto", "openvino", "onnxruntime"] = "auto"
     precision: Literal["f32", "bf16"] = "f32"
     threads: Count = 1
-    rows: Annotated[int, Meta(ge=64, le=2048, multiple_of=8)] = 240
-    columns: Annotated[int, Meta(ge=64, le=2048, multiple_of=8)] = 320
+    rows: ImageSide | None = None
+    columns: ImageSide | None = None
     crop: Literal["none", "person"] = "none"
-    peak_threshold: Fraction = 0.1
+    peak_threshold: Fraction | None = None
     lifting: Literal["auto", Lifting] = "auto"
     calibration: str = "auto"
     prefetch: Count = 2

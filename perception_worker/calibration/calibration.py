@@ -12,6 +12,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
+from perception_worker.backend import input_size, network_name, peak_threshold
 from perception_worker.calibration.ensemble import Ensemble, StoredEnsemble
 from perception_worker.calibration.features import FEATURES, joint_features
 from protocol.arrays import Float64Array
@@ -32,7 +33,11 @@ _SHIPPED = "shipped"
 
 
 class Setting(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the figures of a calibration depend on: with another of these, other errors go with the same features."""
+    """What the figures of a calibration depend on: with another of these, other errors go with the same features.
+
+    Attributes:
+        rows, columns: of the network's input; 0 where its file decides.
+    """
 
     network: str
     rows: int
@@ -127,31 +132,27 @@ class Calibration:
         return Calibrated(error, radius)
 
 
-def setting_of(config: PerceptionConfig, network: str) -> Setting:
-    """What a perception worker of this configuration asks of a calibration.
-
-    Args:
-        config: settled by its profile.
-        network: the network's name.
-    """
+def setting_of(config: PerceptionConfig) -> Setting:
+    """What a perception worker of this configuration, settled by its profile, asks of a calibration."""
+    rows, columns = input_size(config) or (0, 0)
     return Setting(
-        network=network,
-        rows=config.rows,
-        columns=config.columns,
+        network=network_name(config),
+        rows=rows,
+        columns=columns,
         crop=config.crop,
-        peak_threshold=config.peak_threshold,
+        peak_threshold=peak_threshold(config),
         lifting=msgspec.convert(config.lifting, Lifting),
     )
 
 
-def open_calibration(config: PerceptionConfig, network: str) -> Calibration | None:
+def open_calibration(config: PerceptionConfig) -> Calibration | None:
     """The calibration that the configuration names; with `auto`, the shipped one that fits it, if there is one.
 
     Raises:
         InvalidConfig: the file can't be read, or was fitted for another setting.
         ArtifactDamaged: it is no calibration.
     """
-    wanted = setting_of(config, network)
+    wanted = setting_of(config)
     if config.calibration == "none":
         return None
     if config.calibration == "auto":

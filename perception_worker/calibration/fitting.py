@@ -154,7 +154,7 @@ def _read(path: Path) -> pa.Table:
         table = pq.read_table(path)
     except (OSError, pa.ArrowException) as error:
         raise InvalidInput(f"{path} is no table of an experiment: {error}") from error
-    lacking = {"joint", "error", "spread", "camera_x", "depth_noise", "network"} - set(table.column_names)
+    lacking = {"joint", "error", "spread", "camera_x", "depth_noise"} - set(table.column_names)
     if lacking or table.num_rows == 0 or table.num_rows % JOINT_COUNT:
         raise InvalidInput(f"{path} is no table of 'orchestrator experiment qoe'")
     return table
@@ -166,10 +166,7 @@ def _setting(table: pa.Table, path: Path) -> Setting:
     if encoded is None:
         raise InvalidInput(f"{path} does not tell the configuration that it was made with")
     config = msgspec.toml.decode(encoded, type=RunConfig)
-    networks = table["network"].unique().to_pylist()
-    if len(networks) != 1:
-        raise InvalidInput(f"{path} has the networks {networks}; a calibration is for one")
-    return setting_of(settled(config.perception, config.profile), networks[0])
+    return setting_of(settled(config.perception, config.profile))
 
 
 def _by_frame(table: pa.Table, column: str) -> Float64Array:

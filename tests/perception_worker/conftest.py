@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -5,8 +6,10 @@ import numpy as np
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 
+from perception_worker.models import KNOWN
 from perception_worker.onnx_export import export
 from perception_worker.tensorflow_graph import read_graph
+from protocol.artifact import sha256
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.frame import Frame
 from tests.perception_worker.tiny_package import tiny_graph
@@ -67,9 +70,51 @@ def grey_onnx(tmp_path_factory):
     )
 
 
-def write_network(file, *, nodes, outputs, channels=3, constants=()):
+@pytest.fixture(scope="session")
+def fixed_onnx(tmp_path_factory):
+    """A pose network for images of one size, with all of its maps in one output."""
+    weights = np.random.default_rng(2).normal(size=(57, 3, 1, 1)).astype(np.float32)
+    return write_network(
+        tmp_path_factory.mktemp("networks") / "fixed.onnx",
+        size=(72, 88),
+        nodes=[helper.make_node("Conv", ["image", "weights"], ["maps"])],
+        outputs={"maps": 57},
+        constants=[numpy_helper.from_array(weights, "weights")],
+    )
+
+
+@pytest.fixture(scope="session")
+def nan_onnx(tmp_path_factory):
+    """A pose network that takes the square root of a negative number in the middle of its heatmaps."""
+    weights = {"under root": np.full((19, 3, 1, 1), -1, np.float32), "fields": np.ones((38, 3, 1, 1), np.float32)}
+    return write_network(
+        tmp_path_factory.mktemp("networks") / "nan.onnx",
+        nodes=[
+            helper.make_node("Conv", ["image", "under root"], ["negative"]),
+            helper.make_node("Sqrt", ["negative"], ["heatmaps"]),
+            helper.make_node("Conv", ["image", "fields"], ["pafs"]),
+        ],
+        outputs={"heatmaps": 19, "pafs": 38},
+        constants=[numpy_helper.from_array(values, name) for name, values in weights.items()],
+    )
+
+
+@pytest.fixture
+def movenet_of_other_outputs(tmp_path, monkeypatch):
+    """A network with one output of three channels, taken for MoveNet's file."""
+    monkeypatch.setenv("VANTAGE_CACHE", str(tmp_path))
+    file = write_network(
+        tmp_path / "movenet_lightning.onnx",
+        nodes=[helper.make_node("Relu", ["image"], ["logits"])],
+        outputs={"logits": 3},
+    )
+    own = replace(KNOWN["movenet_lightning"], onnx_checksum=sha256(file))
+    monkeypatch.setitem(KNOWN, "movenet_lightning", own)
+
+
+def write_network(file, *, nodes, outputs, channels=3, constants=(), size=("h", "w")):
     def maps(name, count):
-        return helper.make_tensor_value_info(name, TensorProto.FLOAT, ["n", count, "h", "w"])
+        return helper.make_tensor_value_info(name, TensorProto.FLOAT, ["n", count, *size])
 
     results = [maps(name, count) for name, count in outputs.items()]
     graph = helper.make_graph(nodes, file.stem, [maps("image", channels)], results, list(constants))

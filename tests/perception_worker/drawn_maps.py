@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from perception_worker.decoding import LIMB_FIELDS
+from perception_worker.decoding import LIMB_FIELDS, decode
 from perception_worker.network import NetworkOutput
 
 STANDING = np.array(
@@ -49,10 +49,13 @@ class DrawnNetwork:
         self.output = draw(people)
         self.looks = 0
 
-    def infer(self, image):
-        assert image.shape == (3, 240, 320)
+    def infer(self, rgb):
+        assert rgb.dtype == np.uint8
         self.looks += 1
         return self.output
+
+    def decode(self, output):
+        return decode(output, 0.1)
 
 
 def _blob(place, size):

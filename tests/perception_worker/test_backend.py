@@ -1,20 +1,19 @@
 """The two backends, held to the same: a pose network gives the same maps whatever runs it."""
 
+import re
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from perception_worker.backend import open_network
-from perception_worker.models import OPENPOSE_MOBILENET_THIN
-from perception_worker.network import pose_outputs
-from perception_worker.onnxruntime_network import OnnxRuntimeNetwork
-from perception_worker.openvino_network import OpenVinoNetwork
-from perception_worker.region import Region
+from perception_worker.backend import input_size, network_name, open_network
+from perception_worker.models import KNOWN, OPENPOSE_MOBILENET_THIN
+from perception_worker.onnxruntime_engine import OnnxRuntimeEngine
+from perception_worker.openvino_engine import OpenVinoEngine
 from protocol.config import PerceptionConfig
 from protocol.errors import ArtifactDamaged, ArtifactMissing, InvalidConfig
+from protocol.skeleton import Joint
 
 BOTH = pytest.mark.parametrize("backend", ["openvino", "onnxruntime"])
 
@@ -26,12 +25,16 @@ def config(tiny_onnx):
 
 @pytest.fixture
 def image():
-    return np.random.default_rng(5).uniform(0, 255, (3, 64, 96)).astype(np.float32)
+    return np.random.default_rng(5).integers(0, 256, (64, 96, 3), np.uint8)
 
 
 def seen_by(network, image):
     output = network.infer(image)
     return np.concatenate([output.heatmaps, output.pafs])
+
+
+def engine_of(network):
+    return network._engine
 
 
 class TestEachBackend:
@@ -56,7 +59,7 @@ class TestEachBackend:
     @BOTH
     def test_may_be_called_by_several_threads_at_once(self, config, backend):
         network = open_network(replace(config, backend=backend))
-        images = np.random.default_rng(6).uniform(0, 255, (40, 3, 64, 96)).astype(np.float32)
+        images = np.random.default_rng(6).integers(0, 256, (40, 64, 96, 3), np.uint8)
         expected = [seen_by(network, image) for image in images]
         with ThreadPoolExecutor(4) as threads:
             together = list(threads.map(lambda image: seen_by(network, image), images))
@@ -69,12 +72,12 @@ class TestEachBackend:
 
 class TestChoice:
     def test_without_a_gpu_is_openvino(self, config):
-        assert isinstance(open_network(config), OpenVinoNetwork)
+        assert isinstance(engine_of(open_network(config)), OpenVinoEngine)
 
     def test_of_onnx_runtime_is_followed(self, config):
-        network = open_network(replace(config, backend="onnxruntime"))
-        assert isinstance(network, OnnxRuntimeNetwork)
-        assert network.provider == "CPUExecutionProvider"
+        engine = engine_of(open_network(replace(config, backend="onnxruntime")))
+        assert isinstance(engine, OnnxRuntimeEngine)
+        assert engine.provider == "CPUExecutionProvider"
 
     def test_of_bfloat16_is_refused_where_there_is_none(self, config):
         with pytest.raises(InvalidConfig, match=r"perception\.precision: bf16"):
@@ -100,7 +103,7 @@ class TestUnusableFile:
             open_network(replace(config, network=str(grey_onnx), backend=backend))
 
     def test_that_is_not_there_is_named(self, config):
-        with pytest.raises(InvalidConfig, match=r"there is no file nowhere\.onnx"):
+        with pytest.raises(InvalidConfig, match=r"there is no file nowhere\.onnx.* known are openpose_mobilenet_thin"):
             open_network(replace(config, network="nowhere.onnx"))
 
     def test_that_was_never_pulled_names_the_command(self, tmp_path, monkeypatch):
@@ -116,17 +119,61 @@ class TestUnusableFile:
             open_network(PerceptionConfig())
 
 
-class TestPoseOutputs:
-    def test_are_told_by_their_channels_whatever_their_names(self):
-        outputs = {"a": ["n", 38, "h", "w"], "b": ["n", 19, "h", "w"], "c": [1]}
-        assert pose_outputs(outputs, Path("x.onnx")) == ("b", "a")
+class TestSize:
+    @BOTH
+    def test_is_the_file_s_own_where_the_configuration_names_none(self, fixed_onnx, backend):
+        network = open_network(PerceptionConfig(network=str(fixed_onnx), backend=backend))
+        assert network.input_size == (72, 88)
+
+    @BOTH
+    def test_is_the_usual_one_where_the_file_takes_any(self, tiny_onnx, backend):
+        network = open_network(PerceptionConfig(network=str(tiny_onnx), backend=backend))
+        assert network.input_size == (240, 320)
+
+    def test_of_a_network_of_one_size_can_be_no_other(self):
+        with pytest.raises(InvalidConfig, match=r"movenet_thunder takes images of 256×256 and no others"):
+            open_network(PerceptionConfig(network="movenet_thunder", rows=240, columns=320))
+
+    def test_is_told_before_the_network_is_opened(self, tiny_onnx):
+        assert input_size(PerceptionConfig()) == (240, 320)
+        assert input_size(PerceptionConfig(rows=256)) == (256, 320)
+        assert input_size(PerceptionConfig(network="movenet_lightning")) == (192, 192)
+        assert input_size(PerceptionConfig(network=str(tiny_onnx))) is None
+
+
+class TestKnownName:
+    def test_that_was_never_pulled_names_the_command(self, tmp_path, monkeypatch):
+        monkeypatch.setenv("VANTAGE_CACHE", str(tmp_path))
+        with pytest.raises(ArtifactMissing, match="orchestrator models pull blazepose_full"):
+            open_network(PerceptionConfig(network="blazepose_full"))
+
+    def test_needs_nobody_to_tell_its_layout(self):
+        with pytest.raises(InvalidConfig, match=r"perception\.layout, perception\.pixels: those of movenet_lightning"):
+            open_network(PerceptionConfig(network="movenet_lightning", layout="openpose"))
+
+    def test_is_what_a_file_is_called_in_messages(self, tiny_onnx):
+        assert network_name(PerceptionConfig()) == "openpose_mobilenet_thin"
+        assert network_name(PerceptionConfig(network="movenet_thunder")) == "movenet_thunder"
+        assert network_name(PerceptionConfig(network=str(tiny_onnx))) == "tiny.onnx"
+
+    def test_with_a_file_of_other_outputs_behind_it_is_refused(self, movenet_of_other_outputs):
+        with pytest.raises(InvalidConfig, match=r"movenet_lightning gives .*logits.*not .*heatmaps.*\(17, 48, 48\)"):
+            open_network(PerceptionConfig(network="movenet_lightning"))
+
+
+class TestNotFinite:
+    @BOTH
+    def test_heatmaps_are_an_error_and_no_pose(self, nan_onnx, image, backend):
+        network = open_network(PerceptionConfig(network=str(nan_onnx), rows=64, columns=96, backend=backend))
+        with pytest.raises(InvalidConfig, match=re.escape("nan.onnx gave heatmaps that are not finite")):
+            network.infer(image)
 
 
 @pytest.mark.slow
 class TestRealNetwork:
     @pytest.fixture
     def photograph(self, astronaut):
-        return Region.whole(384, 384).image(astronaut, (240, 320))
+        return astronaut
 
     def test_openvino_in_f32_gives_what_onnx_runtime_gives(self, photograph):
         one, other = (open_network(PerceptionConfig(backend=backend)) for backend in ("openvino", "onnxruntime"))
@@ -141,3 +188,35 @@ class TestRealNetwork:
     def test_the_same_frame_gives_the_same_bytes_again(self, photograph):
         network = open_network(PerceptionConfig())
         assert seen_by(network, photograph).tobytes() == seen_by(network, photograph).tobytes()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in KNOWN if name != "openpose_mobilenet_thin"])
+class TestOtherRealNetwork:
+    @pytest.fixture(autouse=True)
+    def pulled(self, name):
+        if not KNOWN[name].path.is_file():
+            pytest.skip(f"{name} is not in the cache; 'orchestrator models pull {name}' puts it there")
+
+    def test_gives_the_same_on_both_backends(self, name, astronaut):
+        one, other = (
+            open_network(PerceptionConfig(network=name, backend=backend)) for backend in ("openvino", "onnxruntime")
+        )
+        difference = np.abs(seen_by_single(one, astronaut) - seen_by_single(other, astronaut))
+        assert difference.max() < 1e-4
+
+    def test_finds_the_face_of_an_astronaut(self, name, astronaut):
+        network = open_network(PerceptionConfig(network=name))
+        output = network.infer(astronaut)
+        cells = output.heatmaps.shape[1]
+        pixels = (network.decode(output) + 0.5) * 384 / cells - 0.5
+        found = pixels[[Joint.NOSE, Joint.RIGHT_EYE, Joint.LEFT_EYE]]
+        assert found == pytest.approx(np.array([[169, 94], [154, 76], [187, 77]]), abs=6)
+
+    def test_finds_nobody_in_a_black_picture(self, name):
+        network = open_network(PerceptionConfig(network=name))
+        assert np.isnan(network.decode(network.infer(np.zeros((480, 640, 3), np.uint8)))).all()
+
+
+def seen_by_single(network, rgb):
+    return network.infer(rgb).heatmaps

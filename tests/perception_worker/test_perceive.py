@@ -6,8 +6,10 @@ import pytest
 from msgspec.structs import replace
 
 from perception_worker.backend import open_network
+from perception_worker.decoding import decode
 from perception_worker.network import NetworkOutput
 from perception_worker.perceive import Perceiver
+from perception_worker.pixels import stretched
 from protocol.config import PerceptionConfig
 from protocol.observation import FilterState
 from protocol.skeleton import Joint
@@ -25,12 +27,15 @@ class SeesTheWhiteSquare:
     def __init__(self):
         self.looks = 0
 
-    def infer(self, image):
+    def infer(self, rgb):
         self.looks += 1
-        rows, columns = np.nonzero(image[0] > 128)
+        rows, columns = np.nonzero(stretched(rgb, self.input_size)[..., 0] > 128)
         scale = (rows.max() - rows.min() + 1) / 8 / 3
         middle = ((columns.mean() + 0.5) / 8 - 0.5, (rows.mean() + 0.5) / 8 - 0.5)
         return draw([person(*middle, scale=scale)])
+
+    def decode(self, output):
+        return decode(output, 0.1)
 
 
 def perceive(network, frame, *, crop="none", filter_state=None, **options):
@@ -95,7 +100,7 @@ class TestNobody:
 
     def test_is_seen_in_heatmaps_that_are_not_numbers(self, frame):
         class Broken(DrawnNetwork):
-            def infer(self, image):
+            def infer(self, rgb):
                 return NetworkOutput(np.full((19, 30, 40), np.nan, np.float32), np.zeros((38, 30, 40), np.float32))
 
         assert np.isnan(perceive(Broken(), frame(BLACK)).keypoints).all()
@@ -193,8 +198,8 @@ class TestCrop:
 
     def test_a_second_look_that_loses_the_person_is_not_believed(self, far_person):
         class LosesSight(SeesTheWhiteSquare):
-            def infer(self, image):
-                output = super().infer(image)
+            def infer(self, rgb):
+                output = super().infer(rgb)
                 return output if self.looks == 1 else draw([])
 
         network = LosesSight()

@@ -41,23 +41,12 @@ class TestPixels:
         assert np.isnan(WHOLE.pixels(np.full((2, 2), np.nan), (30, 40))).all()
 
 
-class TestImage:
-    def test_is_the_region_in_the_network_s_order_of_colours_and_axes(self):
-        rgb = np.zeros((480, 640, 3), np.uint8)
-        rgb[100:148, 200:264] = 10, 20, 30
-        image = Region(200, 100, 64, 48).image(rgb, (24, 32))
-        assert image.shape == (3, 24, 32)
-        assert image.dtype == np.float32
-        assert [np.unique(channel).tolist() for channel in image] == [[30.0], [20.0], [10.0]]
-
-    def test_shrinks_by_the_mean_of_all_pixels(self):
-        rgb = np.zeros((480, 640, 3), np.uint8)
-        rgb[0, 0] = 160
-        assert WHOLE.image(rgb, (120, 160))[0, 0, 0] == 10.0
-
-    def test_can_be_larger_than_the_region(self):
-        rgb = np.full((480, 640, 3), 77, np.uint8)
-        assert (Region(600, 440, 40, 40).image(rgb, (240, 320)) == 77.0).all()
+def test_a_part_of_a_picture_is_what_the_region_shows():
+    rgb = np.zeros((480, 640, 3), np.uint8)
+    rgb[100:148, 200:264] = 10, 20, 30
+    part = Region(200, 100, 64, 48).part(rgb)
+    assert part.shape == (48, 64, 3)
+    assert (part == (10, 20, 30)).all()
 
 
 class TestAroundPerson:

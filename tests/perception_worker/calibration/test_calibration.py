@@ -12,7 +12,6 @@ from protocol.skeleton import Joint
 from tests.perception_worker.calibration.trees import SETTING, split, stored
 
 OURS = settled(PerceptionConfig(), "vantage")
-NETWORK = "openpose_mobilenet_thin"
 
 
 def calibrated(one, points, **given):
@@ -60,27 +59,28 @@ class TestCalibrate:
 
 class TestOpen:
     def test_none_is_none(self):
-        assert open_calibration(replace(OURS, calibration="none"), NETWORK) is None
+        assert open_calibration(replace(OURS, calibration="none")) is None
 
     def test_reads_the_file_that_is_named(self, file):
-        opened = open_calibration(replace(OURS, calibration=str(file)), NETWORK)
+        opened = open_calibration(replace(OURS, calibration=str(file)))
         assert opened is not None
         assert opened.setting == SETTING
 
     @pytest.mark.parametrize(
-        ("config", "network"),
+        "config",
         [
-            (replace(OURS, lifting="mean"), NETWORK),
-            (replace(OURS, rows=256), NETWORK),
-            (replace(OURS, crop="person"), NETWORK),
-            (replace(OURS, peak_threshold=0.2), NETWORK),
-            (OURS, "another.onnx"),
+            replace(OURS, lifting="mean"),
+            replace(OURS, rows=256),
+            replace(OURS, crop="person"),
+            replace(OURS, peak_threshold=0.2),
+            replace(OURS, network="another.onnx"),
+            replace(OURS, network="movenet_thunder"),
         ],
     )
-    def test_refuses_one_that_was_fitted_for_another_setting(self, file, config, network):
+    def test_refuses_one_that_was_fitted_for_another_setting(self, file, config):
         with pytest.raises(InvalidConfig, match=r"was fitted for .* this worker has"):
-            open_calibration(replace(config, calibration=str(file)), network)
-        assert open_calibration(config, "another.onnx") is None
+            open_calibration(replace(config, calibration=str(file)))
+        assert open_calibration(config) is None
 
     def test_says_what_it_can_t_read(self, tmp_path):
         with pytest.raises(InvalidConfig, match="can't read"):
@@ -99,6 +99,6 @@ class TestOpen:
             Calibration(stored(**changed))
 
 
-def test_what_is_told_of_a_calibration_is_all_that_it_depends_on():
-    assert {"rows", "columns", "crop", "peak_threshold"} < set(OURS.__struct_fields__)
-    assert calibration.setting_of(OURS, NETWORK) == SETTING
+def test_what_is_left_to_the_network_is_the_same_setting_as_its_own_values():
+    assert calibration.setting_of(replace(OURS, rows=240, columns=320, peak_threshold=0.1)) == SETTING
+    assert calibration.setting_of(OURS) == SETTING

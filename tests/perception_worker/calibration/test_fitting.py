@@ -29,7 +29,6 @@ def table(seed=0, first_identity=0):
         "identity": np.repeat(first_identity + np.arange(frames) % PEOPLE, 18),
         "joint": np.tile(np.arange(18), frames),
         "depth_noise": np.repeat("none", frames * 18),
-        "network": np.repeat("openpose_mobilenet_thin", frames * 18),
         "error": random.exponential(np.where(spread > 0.5, 0.5, 0.05)).ravel(),
         "spread": spread.ravel(),
         **{name: points[..., axis].ravel() for axis, name in enumerate("xyz")},
@@ -95,7 +94,7 @@ class TestFit:
         assert main(["fit", str(file), "--output", str(output)]) == 0
         assert '"lifting": "nearest"' in capsys.readouterr().out
         config = settled(PerceptionConfig(calibration=str(output)), RunConfig().profile)
-        assert open_calibration(config, "openpose_mobilenet_thin") is not None
+        assert open_calibration(config) is not None
 
 
 class TestRefused:
@@ -113,14 +112,6 @@ class TestRefused:
         pq.write_table(few, file)
         with pytest.raises(InvalidInput, match="7 people"):
             fitting.fit(file, version="")
-
-    def test_a_table_of_two_networks(self, file):
-        whole = table()
-        names = ["a"] * 18 + ["b"] * (whole.num_rows - 18)
-        place = whole.column_names.index("network")
-        pq.write_table(whole.set_column(place, "network", [names]), file)
-        with pytest.raises(InvalidInput, match="for one"):
-            fitting._setting(pq.read_table(file), file)
 
     def test_is_said_by_the_command(self, tmp_path):
         assert main(["fit", str(tmp_path / "nowhere"), "--output", str(tmp_path / "out")]) == 2

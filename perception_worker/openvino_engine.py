@@ -1,4 +1,4 @@
-"""The pose network on a CPU, run by OpenVINO."""
+"""A network on a CPU, run by OpenVINO."""
 
 import threading
 from pathlib import Path
@@ -7,12 +7,12 @@ from typing import Literal
 import numpy as np
 import openvino
 
-from perception_worker.network import NetworkOutput, pose_outputs
+from perception_worker.engine import Outputs, shapes_of
 from protocol.arrays import Float32Array
 from protocol.errors import InvalidConfig
 
 
-class OpenVinoNetwork:
+class OpenVinoEngine:
     """A network compiled for one image size.
 
     Precision, threads and pinning are always set: left to itself OpenVINO computes in bfloat16 where the CPU can, and
@@ -20,26 +20,40 @@ class OpenVinoNetwork:
     """
 
     def __init__(
-        self, file: Path, *, input_size: tuple[int, int], precision: Literal["f32", "bf16"], threads: int
+        self,
+        file: Path,
+        *,
+        input_size: tuple[int, int] | None,
+        default_size: tuple[int, int],
+        precision: Literal["f32", "bf16"],
+        threads: int,
     ) -> None:
         """Load and compile the network.
 
+        Args:
+            file: of the network.
+            input_size: rows and columns; None for the file's own, or `default_size` where it has none.
+            default_size: rows and columns.
+            precision: that it computes in.
+            threads: that it computes with.
+
         Raises:
-            InvalidConfig: the file can't be read, takes no image of this size or has other outputs.
+            InvalidConfig: the file can't be read, or takes no image of this size.
         """
-        self.input_size = input_size
         core = openvino.Core()
+        rows, columns = input_size or default_size
         try:
             model = core.read_model(file)
-            model.reshape([1, 3, *input_size])
+            if input_size is None:
+                rows, columns = _own_size(model) or default_size
+            model.reshape([1, 3, rows, columns])
         except RuntimeError as error:
-            rows, columns = input_size
             reason = str(error).strip().splitlines()[-1]
             raise InvalidConfig(
                 f"perception.network: OpenVINO can't use {file} on images of {rows}×{columns}: {reason}"
             ) from error
-        shapes = {output.any_name: list(output.shape) for output in model.outputs}
-        self._heatmaps, self._pafs = pose_outputs(shapes, file)
+        self.input_size = rows, columns
+        self._names = [output.any_name for output in model.outputs]
         self._compiled = core.compile_model(
             model,
             "CPU",
@@ -53,20 +67,25 @@ class OpenVinoNetwork:
         self._local = threading.local()
         # The first look at a tensor's data initialises the binding: two threads that do so at once wait for each other
         # for ever, Python's lock held, and the process answers no ping any more.
-        self.infer(np.zeros((3, *input_size), np.float32))
+        self.outputs = shapes_of(self.run(np.zeros((3, rows, columns), np.float32)))
 
-    def infer(self, image: Float32Array) -> NetworkOutput:
-        """Run the network on an image (3, rows, columns), BGR from 0 to 255."""
+    def run(self, image: Float32Array) -> Outputs:
+        """What the network gives for an image (3, rows, columns), by name and without the batch's dimension."""
         request = self._request()
         request.infer([image[None]])
         # The request's tensors are overwritten by its next inference.
-        return NetworkOutput(
-            heatmaps=request.get_tensor(self._heatmaps).data[0].copy(),
-            pafs=request.get_tensor(self._pafs).data[0].copy(),
-        )
+        return {name: request.get_output_tensor(place).data[0].copy() for place, name in enumerate(self._names)}
 
     def _request(self) -> openvino.InferRequest:
         """The calling thread's own request."""
         if not hasattr(self._local, "request"):
             self._local.request = self._compiled.create_infer_request()
         return self._local.request
+
+
+def _own_size(model: openvino.Model) -> tuple[int, int] | None:
+    """Rows and columns that a network is made for; None where it takes several, or no image at all."""
+    shape = model.inputs[0].partial_shape
+    if shape.rank.is_dynamic or len(shape) != 4 or shape[2].is_dynamic or shape[3].is_dynamic:
+        return None
+    return shape[2].get_length(), shape[3].get_length()

@@ -1,6 +1,6 @@
-"""The pose network on whatever ONNX Runtime finds: TensorRT, then CUDA, then the CPU."""
+"""A network on whatever ONNX Runtime finds: TensorRT, then CUDA, then the CPU."""
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import onnxruntime
 
-from perception_worker.network import NetworkOutput, pose_outputs
+from perception_worker.engine import Outputs, shapes_of
 from protocol.arrays import Float32Array
 from protocol.artifact import cache_directory
 from protocol.errors import InvalidConfig
@@ -18,39 +18,54 @@ TENSORRT, CUDA, CPU = "TensorrtExecutionProvider", "CUDAExecutionProvider", "CPU
 _SEVERITY_ERROR = 3
 
 
-class OnnxRuntimeNetwork:
+class OnnxRuntimeEngine:
     """A network in float32; a session may be run by several threads at once.
 
     Attributes:
         provider: what runs it.
     """
 
-    def __init__(self, file: Path, *, input_size: tuple[int, int], threads: int) -> None:
+    def __init__(
+        self, file: Path, *, input_size: tuple[int, int] | None, default_size: tuple[int, int], threads: int
+    ) -> None:
         """Load the network with the first of TensorRT, CUDA and the CPU that this machine has.
 
-        Raises:
-            InvalidConfig: the file can't be read, takes no image of this size or has other outputs.
-        """
-        self.input_size = input_size
-        with _explained(file, input_size):
-            self._session = onnxruntime.InferenceSession(file, _session_options(threads), providers=_providers())
-        shapes = {output.name: output.shape for output in self._session.get_outputs()}
-        self._outputs = pose_outputs(shapes, file)
-        self._input = self._session.get_inputs()[0].name
-        self.provider: str = self._session.get_providers()[0]
-        with _explained(file, input_size):
-            self.infer(np.zeros((3, *input_size), dtype=np.float32))
+        Args:
+            file: of the network.
+            input_size: rows and columns; None for the file's own, or `default_size` where it has none.
+            default_size: rows and columns.
+            threads: that it computes with.
 
-    def infer(self, image: Float32Array) -> NetworkOutput:
-        """Run the network on an image (3, rows, columns), BGR from 0 to 255."""
-        outputs: list[Any] = list(self._session.run(self._outputs, {self._input: image[None]}))
-        return NetworkOutput(heatmaps=outputs[0][0], pafs=outputs[1][0])
+        Raises:
+            InvalidConfig: the file can't be read, or takes no image of this size.
+        """
+        with _explained(file, input_size or default_size):
+            self._session = onnxruntime.InferenceSession(file, _session_options(threads), providers=_providers())
+        self._names = [output.name for output in self._session.get_outputs()]
+        image = self._session.get_inputs()[0]
+        self._input = image.name
+        self.provider: str = self._session.get_providers()[0]
+        self.input_size = input_size or _own_size(image.shape) or default_size
+        with _explained(file, self.input_size):
+            self.outputs = shapes_of(self.run(np.zeros((3, *self.input_size), dtype=np.float32)))
+
+    def run(self, image: Float32Array) -> Outputs:
+        """What the network gives for an image (3, rows, columns), by name and without the batch's dimension."""
+        outputs: list[Any] = list(self._session.run(self._names, {self._input: image[None]}))
+        return {name: output[0] for name, output in zip(self._names, outputs, strict=True)}
 
 
 def gpu_providers() -> list[str]:
     """The providers of a GPU that this build of ONNX Runtime has, the faster first."""
     available = onnxruntime.get_available_providers()
     return [provider for provider in (TENSORRT, CUDA) if provider in available]
+
+
+def _own_size(shape: Sequence[object]) -> tuple[int, int] | None:
+    """Rows and columns that a network is made for; None where it takes several, or no image at all."""
+    if len(shape) != 4 or not isinstance(shape[2], int) or not isinstance(shape[3], int):
+        return None
+    return shape[2], shape[3]
 
 
 @contextmanager

@@ -16,7 +16,7 @@ together = threading.Barrier(2)
 
 def first_frame():
     together.wait()
-    network.infer(np.zeros((3, *network.input_size), np.float32))
+    network.infer(np.zeros((480, 640, 3), np.uint8))
 
 threads = [threading.Thread(target=first_frame, daemon=True) for _ in range(2)]
 for thread in threads:

@@ -1,0 +1,136 @@
+"""What a pose network is worth for the task: how much it finds, how far off, and whether its quality says so."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from msgspec import Struct
+
+from benchmarks.detection import finding
+from protocol.arrays import BoolArray, Float64Array
+from protocol.errors import InvalidInput
+from protocol.messages import Observe
+from protocol.observation import Observation
+from protocol.skeleton import Joint
+
+BEHIND = 120.0
+"""Degrees from the front; a camera further round sees no face."""
+
+MOST_ERROR = 1.0
+"""Metres at which an error is clipped, where it is: beyond, a joint is simply lost."""
+
+_FACE = [Joint.NOSE, Joint.RIGHT_EYE, Joint.LEFT_EYE]
+
+
+class View(NamedTuple):
+    """What was asked for, and from how many degrees from the person's front."""
+
+    request: Observe
+    angle: float
+
+
+class Estimate(Struct, frozen=True, eq=False):
+    """One view's observation against its truth, (18,) each.
+
+    Attributes:
+        detected: in the picture.
+        error: metres from the true joint; NaN for joints that are not located.
+        uncertainty: 1 - quality.
+        visible: to the camera.
+        right, swapped: as `benchmarks.detection` defines them.
+        behind: whether the camera sees no face.
+    """
+
+    detected: BoolArray
+    error: Float64Array
+    uncertainty: Float64Array
+    visible: BoolArray
+    right: BoolArray
+    swapped: BoolArray
+    behind: bool
+
+
+class Figures(Struct, frozen=True):
+    """Of one network over all views.
+
+    Attributes:
+        found: joints detected in a view, of 18, on average.
+        right: of the visible joints, the share within 5% of the body's height in the picture.
+        error: metres, the median over all located joints.
+        correlation, clipped_correlation: Pearson's, over views with a located joint, of mean uncertainty and mean error
+            of the located joints; the error as it is, and clipped.
+        swapped: of the visible joints, the share nearer to their mirror joint.
+        faces_behind: of the views from behind, the share with a nose or an eye.
+        nobody: of all views, the share with no joint.
+    """
+
+    found: float
+    right: float
+    error: float
+    correlation: float
+    clipped_correlation: float
+    swapped: float
+    faces_behind: float
+    nobody: float
+
+
+def estimate(view: View, observation: Observation) -> Estimate:
+    """Compare an observation with the truth that came with it.
+
+    Raises:
+        InvalidInput: no truth came.
+    """
+    if observation.joints is None or observation.visible is None:
+        raise InvalidInput("the observation has no truth to compare it with")
+    found = finding(view.request, observation)
+    return Estimate(
+        detected=np.isfinite(observation.keypoints[:, 0]),
+        error=np.linalg.norm(observation.points - observation.joints, axis=1),
+        uncertainty=1 - observation.quality,
+        visible=observation.visible,
+        right=found.found,
+        swapped=found.swapped,
+        behind=abs(view.angle) > BEHIND,
+    )
+
+
+def figures(estimates: Sequence[Estimate]) -> Figures:
+    """Over all views; a figure that nothing was there for is NaN."""
+    detected, error, visible, right, swapped = (
+        np.stack([getattr(one, name) for one in estimates])
+        for name in ("detected", "error", "visible", "right", "swapped")
+    )
+    behind = np.array([one.behind for one in estimates])
+    face: BoolArray = np.any(detected[:, _FACE], axis=1)
+    nobody: BoolArray = ~np.any(detected, axis=1)
+    raw, clipped = frame_correlations(estimates)
+    return Figures(
+        found=float(detected.sum(axis=1).mean()),
+        right=_mean(right[visible]),
+        error=float(np.nanmedian(error)) if np.isfinite(error).any() else np.nan,
+        correlation=raw,
+        clipped_correlation=clipped,
+        swapped=_mean(swapped[visible]),
+        faces_behind=_mean(face[behind]),
+        nobody=_mean(nobody),
+    )
+
+
+def frame_correlations(estimates: Sequence[Estimate]) -> tuple[float, float]:
+    """Pearson's between a view's mean uncertainty and its mean error, over located joints: raw, and clipped at 1 m."""
+    located = [(one, np.isfinite(one.error)) for one in estimates]
+    some = [(one, there) for one, there in located if there.any()]
+    uncertainty = [one.uncertainty[there].mean() for one, there in some]
+    raw = [one.error[there].mean() for one, there in some]
+    clipped = [np.minimum(one.error[there], MOST_ERROR).mean() for one, there in some]
+    return _pearson(uncertainty, raw), _pearson(uncertainty, clipped)
+
+
+def _pearson(one: Sequence[float], other: Sequence[float]) -> float:
+    if len(one) < 2 or np.std(one) == 0 or np.std(other) == 0:
+        return np.nan
+    return float(np.corrcoef(one, other)[0, 1])
+
+
+def _mean(values: BoolArray) -> float:
+    return float(values.mean()) if values.size else np.nan

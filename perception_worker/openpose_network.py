@@ -1,0 +1,41 @@
+"""A network of OpenPose's kind: heatmaps and part-affinity fields of everybody in the picture, grouped into people."""
+
+from perception_worker.decoding import decode
+from perception_worker.engine import Engine
+from perception_worker.layout import FoundLayout
+from perception_worker.network import NetworkOutput, require_finite
+from perception_worker.pixels import as_image, stretched
+from protocol.arrays import Float64Array, UInt8Array
+from protocol.config import Pixels
+
+
+class OpenPoseNetwork:
+    """Sees a picture stretched to its size, and finds the person who shows the most joints.
+
+    Args:
+        threshold: height that a peak must exceed.
+        name: for messages.
+    """
+
+    def __init__(self, engine: Engine, layout: FoundLayout, *, pixels: Pixels, threshold: float, name: str) -> None:
+        self.input_size = engine.input_size
+        self._engine = engine
+        self._layout = layout
+        self._pixels: Pixels = pixels
+        self._threshold = threshold
+        self._name = name
+
+    def infer(self, rgb: UInt8Array) -> NetworkOutput:
+        """Run the network on an image (rows, columns, 3) of any size, RGB.
+
+        Raises:
+            InvalidConfig: it gave heatmaps that are not finite.
+        """
+        image = as_image(stretched(rgb, self.input_size), self._pixels)
+        output = self._layout.arranged(self._engine.run(image))
+        require_finite(output.heatmaps, self._name)
+        return output
+
+    def decode(self, output: NetworkOutput) -> Float64Array:
+        """(18, 2) column and row in cells, NaN for joints that were not detected."""
+        return decode(output, self._threshold)
