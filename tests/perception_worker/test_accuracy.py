@@ -85,3 +85,25 @@ def test_hidden_joints_have_lower_quality_than_visible_ones(views):
     visible = np.concatenate([view.quality[view.visible] for view, _, _ in views])
     hidden = np.concatenate([view.quality[~view.visible] for view, _, _ in views])
     assert visible.mean() > hidden.mean() + 0.1
+
+
+@pytest.mark.slow
+def test_the_radius_holds_most_joints_of_people_never_seen(views):
+    """Nine of ten over many people; over thirty views of a few a little less is chance."""
+    held = np.concatenate(
+        [
+            (np.linalg.norm(view.points - view.joints, axis=1) <= view.radius)[np.isfinite(view.points[:, 0])]
+            for view, _, _ in views
+        ]
+    )
+    assert 0.8 < held.mean() < 0.97
+
+
+@pytest.mark.slow
+def test_the_expected_error_grows_with_the_error(views):
+    error = np.concatenate([np.linalg.norm(view.points - view.joints, axis=1) for view, _, _ in views])
+    expected = np.concatenate([view.expected_error for view, _, _ in views])
+    assert (np.isfinite(expected) == np.isfinite(error)).all()
+    located = np.isfinite(error)
+    far = error[located] > np.quantile(error[located], 0.9)
+    assert expected[located][far].mean() > 2 * expected[located][~far].mean()
