@@ -172,7 +172,7 @@ class TestBlazePose:
         assert output.heatmaps[Joint.NOSE, 0, 0] == pytest.approx(1 / (1 + np.exp(9.0)), rel=1e-4)
 
     def test_where_it_says_that_nobody_is_there_are_no_heatmaps(self):
-        output, keypoints = seen(self.blazepose({"nose": (20, 9, 2.0)}, presence=0.49))
+        output, keypoints = seen(self.blazepose({"nose": (20, 9, 2.0)}, presence=0.09))
         assert np.isnan(keypoints).all()
         assert not output.heatmaps[:18].any()
 
