@@ -3,16 +3,20 @@
 import importlib.util
 import os
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from orchestrator.launch import PROCESS_ENVIRONMENT
-from orchestrator.options import at_work, examples
+from orchestrator.options import JsonOption, at_work, examples, print_json
 from orchestrator.versions import collect_versions
+from protocol.camera import DepthNoise
 from protocol.config import RunConfig, load_config
 from protocol.errors import InvalidInput
 from protocol.scene import Split
+
+if TYPE_CHECKING:
+    from orchestrator.experiments.directory import ExperimentDirectory
 
 experiment_app = typer.Typer(
     help="How far poses and their quality can be trusted, measured on many views.", no_args_is_help=True
@@ -42,8 +46,10 @@ def qoe(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where it goes.", show_default="runs/experiments/qoe-SPLIT-SEED")
     ] = None,
+    frames_a_part: Annotated[int, typer.Option(min=1, help="Views that a kill costs at most.", hidden=True)] = 250,
+    json: JsonOption = False,
 ) -> None:
-    """Observe many views and write a table of each joint beside its truth.
+    """Observe many views, and tell how far each joint and its quality can be trusted, with tables and plots.
 
     Stopped or killed, the same command goes on where it was.
     """
@@ -53,9 +59,8 @@ def qoe(
     from orchestrator.experiments.views import ViewSet
     from orchestrator.experiments.workers import experiment_workers, with_workers
 
-    views = ViewSet(
-        frames=frames, split=split, seed=seed, depth_noises=("none", "d435i") if noise == "both" else (noise,)
-    )
+    noises: tuple[DepthNoise, ...] = ("none", "d435i") if noise == "both" else (noise,)
+    views = ViewSet(frames=frames, split=split, seed=seed, depth_noises=noises, frames_a_part=frames_a_part)
     settings = with_workers(load_config(config) if config else RunConfig(), workers or os.cpu_count() or 1)
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
     parts = experiment.table_parts(directory, views)
@@ -65,7 +70,31 @@ def qoe(
                 experiment.observe_views(parts, views, settings, crew)
                 versions = collect_versions(PROCESS_ENVIRONMENT)
                 parts.join(experiment.provenance(settings, views, versions, crew.capabilities()))
-    typer.echo(directory.table_path)
+    _print_results(directory, json)
+
+
+@experiment_app.command("figures", epilog=examples("orchestrator experiment figures runs/experiments/qoe-test-0"))
+def figures(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="An experiment's directory.", show_default=False)],
+    json: JsonOption = False,
+) -> None:
+    """Work out an experiment's figures, page and plots anew from its tables."""
+    _require_libraries()
+    from orchestrator.experiments.directory import ExperimentDirectory
+
+    _print_results(ExperimentDirectory.open(directory), json)
+
+
+def _print_results(directory: "ExperimentDirectory", json: bool) -> None:
+    from orchestrator.experiments.results import work_out
+
+    results = work_out(directory)
+    if json:
+        print_json(results)
+        return
+    typer.echo(directory.page_path.read_text(encoding="utf-8"))
+    for path in (directory.table_path, directory.figures_path, directory.page_path, *sorted(directory.plots.iterdir())):
+        typer.echo(path)
 
 
 def _require_libraries() -> None:

@@ -17,9 +17,6 @@ from protocol.config import EnvironmentConfig, RunConfig
 from protocol.messages import Observe, Sampled, SampleScene
 from protocol.observation import FilterState, Observation
 
-FRAMES_A_PART = 250
-"""Frames that a kill costs at most."""
-
 
 class Shot(Struct, frozen=True, eq=False):
     """One picture to be taken of a view."""
@@ -29,14 +26,12 @@ class Shot(Struct, frozen=True, eq=False):
     request: Observe
 
 
-def table_parts(directory: ExperimentDirectory, views: ViewSet, frames_a_part: int = FRAMES_A_PART) -> Parts:
+def table_parts(directory: ExperimentDirectory, views: ViewSet) -> Parts:
     """The parts of the experiment's table."""
-    return Parts(directory.table_path, -(-views.frames // frames_a_part))
+    return Parts(directory.table_path, -(-views.frames // views.frames_a_part))
 
 
-def observe_views(
-    parts: Parts, views: ViewSet, config: RunConfig, workers: Workers, frames_a_part: int = FRAMES_A_PART
-) -> None:
+def observe_views(parts: Parts, views: ViewSet, config: RunConfig, workers: Workers) -> None:
     """Observe the views of every part that is missing, and write each part.
 
     Raises:
@@ -44,7 +39,7 @@ def observe_views(
         CallFailed: a worker could not answer.
     """
     missing = parts.missing()
-    numbers = {part: _numbers(part, views, frames_a_part) for part in missing}
+    numbers = {part: _numbers(part, views) for part in missing}
     each = len(views.depth_noises)
     to_do = each * sum(map(len, numbers.values()))
     rate = Rate(each * views.frames, each * views.frames - to_do)
@@ -103,8 +98,8 @@ def observe_request(
     )
 
 
-def _numbers(part: int, views: ViewSet, frames_a_part: int) -> range:
-    return range(part * frames_a_part, min((part + 1) * frames_a_part, views.frames))
+def _numbers(part: int, views: ViewSet) -> range:
+    return range(part * views.frames_a_part, min((part + 1) * views.frames_a_part, views.frames))
 
 
 def _observed(

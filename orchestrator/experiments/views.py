@@ -23,7 +23,7 @@ AZIMUTH = (-180.0, 180.0)
 ALTITUDE = (1.0, 2.5)
 """What views are drawn from, evenly: metres along the ground, degrees from the front, metres above the ground."""
 
-DRAWS_AT_ONCE, MOST_DRAWS = 64, 64_000
+DRAWS_AT_ONCE, MOST_DRAWS = 64, 6400
 """Scenes drawn in a row, and before giving up on one with the wanted pose; one in six or eight has it."""
 
 AskForScenes: TypeAlias = Callable[[Sequence[SampleScene]], Iterable[Sampled]]
@@ -35,15 +35,17 @@ class ViewSet(Struct, frozen=True, kw_only=True):
     Attributes:
         seed: the same one gives the same views.
         depth_noises: each view is taken once with each.
+        frames_a_part: how many are written at once, and lost at most by a kill; scenes are drawn for a part at a time.
     """
 
     frames: int = 5000
     split: Split = "test"
     seed: int = 0
     depth_noises: tuple[DepthNoise, ...] = ("none", "d435i")
+    frames_a_part: int = 250
 
     def __post_init__(self) -> None:
-        if self.frames < 1 or self.seed < 0:
+        if self.frames < 1 or self.frames_a_part < 1 or self.seed < 0:
             raise InvalidInput("an experiment has 1 frame or more, and a seed of 0 or more")
         if not self.depth_noises or len(set(self.depth_noises)) < len(self.depth_noises):
             raise InvalidInput("name one or more kinds of depth noise, each once")

@@ -1,0 +1,203 @@
+"""An experiment's figures as a page for people, in Markdown."""
+
+from collections.abc import Iterator, Sequence
+
+from orchestrator.experiments.columns import LIFTINGS
+from orchestrator.experiments.figures import Coverage, JointError, QoeFigures, Score
+from orchestrator.experiments.markdown import number, table, with_interval
+from orchestrator.experiments.sample import BANDS
+from orchestrator.experiments.targets import Target
+
+_INTRODUCTION = """\
+{frames} views of {people} people of the {split} split, seed {seed}: every identity in turn in every pose, 1.5 to 9 m
+away, from all sides, 1 to 2.5 m high, evenly. Network {network}, each view {noises}.
+Each figure has its 95% interval by bootstrap over people (1000 resamples).
+
+- *Located*: a frame is the mean over its joints with a place in space; frames without any are left out.
+- *All*: a frame is the mean over all 18 joints; one without a place has uncertainty 1 and the error of the centroid of
+  the others.
+- *Clipped*: no joint's error counts as more than 1 m. *Joint*: over single located joints. *AUROC*: of an error above
+  0.15 m.
+- *Quality* is taken as 1 − quality, with errors under the lifting that is named. A component alone goes with the seed's
+  mean.
+"""
+_CALIBRATED = """\
+- *Expected error* and *radius* are the calibrated worker's, under its own lifting ({lifting}); in *all*, a missing
+  joint counts as 1 m.
+"""
+
+
+def page(figures: QoeFigures, targets: Sequence[Target]) -> str:
+    """All of it."""
+    return "\n".join(_sections(figures, targets))
+
+
+def _sections(figures: QoeFigures, targets: Sequence[Target]) -> Iterator[str]:
+    noises = list(dict.fromkeys(one.noise for one in figures.scores))
+    yield _introduction(figures, noises)
+    yield _targets(targets)
+    for noise in noises:
+        own = [one for one in figures.scores if one.noise == noise]
+        yield f"### {_title(noise)}\n"
+        yield _overall([one for one in own if one.band == "all"])
+        yield "By distance:\n"
+        yield _by_band(own)
+    if figures.coverage:
+        yield "### The radius\n"
+        yield _coverage(figures.coverage, noises)
+    yield "### Error by joint and lifting\n"
+    for noise in noises:
+        yield f"{_title(noise)}. Metres; *far off*: share of errors above 0.3 m.\n"
+        yield _lifting_totals([one for one in figures.errors if (one.noise, one.joint) == (noise, "all")])
+        yield _joint_errors([one for one in figures.errors if one.noise == noise])
+
+
+def _introduction(figures: QoeFigures, noises: Sequence[str]) -> str:
+    words = _INTRODUCTION.format(
+        frames=figures.frames,
+        people=figures.people,
+        split=figures.split,
+        seed=figures.seed,
+        network=figures.network,
+        noises=" and ".join(
+            "with exact depth" if one == "none" else f"with noise as of a {one.upper()}" for one in noises
+        ),
+    )
+    return words + (_CALIBRATED.format(lifting=figures.lifting) if figures.coverage else "")
+
+
+def _title(noise: str) -> str:
+    return "Exact depth" if noise == "none" else f"Depth with stereo noise ({noise})"
+
+
+def _targets(targets: Sequence[Target]) -> str:
+    rows = [
+        [
+            one.words,
+            f"≥ {one.low:.2f}" if one.high >= 1 else f"{one.low:.2f} to {one.high:.2f}",
+            number(one.value, 3),
+            "yes" if one.met else "**no**",
+        ]
+        for one in targets
+    ]
+    return table(["target, exact depth", "wanted", "found", "met"], rows)
+
+
+def _overall(scores: Sequence[Score]) -> str:
+    headings = [
+        "uncertainty",
+        "ρ located, raw",
+        "ρ located, clipped",
+        "ρ all, raw",
+        "ρ all, clipped",
+        "ρ joint, raw",
+        "ρ joint, clipped",
+        "Spearman, joint",
+        "AUROC, joint",
+    ]
+    rows = [
+        [
+            one.uncertainty,
+            *(
+                with_interval(found)
+                for found in (
+                    one.located_raw,
+                    one.located_clipped,
+                    one.all_raw,
+                    one.all_clipped,
+                    one.joint_raw,
+                    one.joint_clipped,
+                    one.joint_spearman,
+                    one.joint_auroc,
+                )
+            ),
+        ]
+        for one in scores
+    ]
+    return table(headings, rows) + f"\n{scores[0].frames} frames with {scores[0].joints} located joints.\n"
+
+
+def _by_band(scores: Sequence[Score]) -> str:
+    bands = [band for band in BANDS if band != "all"]
+    headings = ["uncertainty", *(f"{words}, {band}" for words in _BY_BAND for band in bands)]
+    by_name: dict[str, dict[str, Score]] = {}
+    for one in scores:
+        by_name.setdefault(one.uncertainty, {})[one.band] = one
+    rows = [
+        [
+            name,
+            *(
+                with_interval(getattr(own[band], field)) if band in own else "–"
+                for field in _BY_BAND.values()
+                for band in bands
+            ),
+        ]
+        for name, own in by_name.items()
+    ]
+    return table(headings, rows)
+
+
+_BY_BAND = {"ρ located, raw": "located_raw", "ρ all, clipped": "all_clipped", "AUROC": "joint_auroc"}
+
+
+def _coverage(coverages: Sequence[Coverage], noises: Sequence[str]) -> str:
+    by_place: dict[str, dict[str, Coverage]] = {}
+    for one in coverages:
+        place = one.band if one.joint == "all" else one.joint
+        by_place.setdefault(place, {})[one.noise] = one
+    headings = [
+        "",
+        *(f"{words}, {_title(noise).lower()}" for noise in noises for words in ("coverage", "mean radius, m")),
+    ]
+    rows = [
+        [
+            place,
+            *(
+                cell
+                for noise in noises
+                for cell in (
+                    (with_interval(own[noise].coverage, 3), with_interval(own[noise].radius))
+                    if noise in own
+                    else ("–", "–")
+                )
+            ),
+        ]
+        for place, own in by_place.items()
+    ]
+    return table(headings, rows)
+
+
+def _lifting_totals(errors: Sequence[JointError]) -> str:
+    headings = ["lifting, all joints", "located", "mean", "median", "90% below", "far off"]
+    rows = [
+        [
+            one.lifting,
+            with_interval(one.located, 3),
+            with_interval(one.mean, 3),
+            with_interval(one.median, 3),
+            with_interval(one.p90),
+            with_interval(one.far_off, 3),
+        ]
+        for one in errors
+    ]
+    return table(headings, rows)
+
+
+def _joint_errors(errors: Sequence[JointError]) -> str:
+    by_joint: dict[str, dict[str, JointError]] = {}
+    for one in errors:
+        by_joint.setdefault(one.joint, {})[one.lifting] = one
+    headings = ["joint", *(f"{words}, by {lifting}" for words in ("mean", "median", "far off") for lifting in LIFTINGS)]
+    rows = [
+        [
+            joint,
+            *(
+                number(getattr(own[lifting], field).value)
+                for field in ("mean", "median", "far_off")
+                for lifting in LIFTINGS
+            ),
+        ]
+        for joint, own in by_joint.items()
+        if joint != "all"
+    ]
+    return table(headings, rows)

@@ -1,0 +1,62 @@
+"""From an experiment's tables to figures, a page and plots on disk."""
+
+import msgspec
+import pyarrow as pa
+import pyarrow.parquet as pq
+from msgspec import Struct
+
+from orchestrator.experiments.bootstrap import people_of
+from orchestrator.experiments.directory import ExperimentDirectory
+from orchestrator.experiments.figures import QoeFigures, coverages, errors, scores
+from orchestrator.experiments.page import page
+from orchestrator.experiments.plots import write_plots
+from orchestrator.experiments.sample import Sample, samples_of
+from orchestrator.experiments.targets import Target, targets
+from protocol.artifact import whole_file
+from protocol.errors import InvalidInput
+
+
+class Results(Struct, frozen=True, kw_only=True):
+    """All that an experiment came to."""
+
+    qoe: QoeFigures
+    targets: tuple[Target, ...]
+
+
+def work_out(directory: ExperimentDirectory) -> Results:
+    """Compute all figures from the tables that are there, and write them, their page and their plots.
+
+    Raises:
+        InvalidInput: the table of views is not whole yet.
+    """
+    if not directory.table_path.is_file():
+        raise InvalidInput(f"{directory.table_path} is not there yet; make it with 'orchestrator experiment qoe'")
+    table = pq.read_table(directory.table_path)
+    samples = samples_of(table)
+    qoe = _qoe_figures(directory, table, samples)
+    results = Results(qoe=qoe, targets=tuple(targets(qoe)))
+    with whole_file(directory.figures_path) as aside:
+        aside.write_bytes(msgspec.json.format(msgspec.json.encode(results), indent=2) + b"\n")
+    with whole_file(directory.page_path) as aside:
+        aside.write_text(page(qoe, results.targets), encoding="utf-8")
+    write_plots(directory.plots, samples, qoe)
+    return results
+
+
+def _qoe_figures(directory: ExperimentDirectory, table: pa.Table, samples: dict[str, Sample]) -> QoeFigures:
+    views, first = directory.views(), next(iter(samples.values()))
+    return QoeFigures(
+        frames=len(first),
+        people=int(people_of(first["identity"]).max()) + 1,
+        split=views.split,
+        seed=views.seed,
+        network=_names(table, "network"),
+        lifting=_names(table, "lifting"),
+        scores=tuple(scores(samples)),
+        coverage=tuple(coverages(samples)),
+        errors=tuple(errors(samples)),
+    )
+
+
+def _names(table: pa.Table, column: str) -> str:
+    return ", ".join(sorted({str(name) for name in table[column].unique().to_pylist()}))
