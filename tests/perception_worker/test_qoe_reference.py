@@ -1,5 +1,7 @@
 """Quality of estimation against the slow, plain one: whole frames, drawn at random."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -32,7 +34,7 @@ def random_points(rng):
     """Bodies with bones of every kind: too short, plausible, somewhat and far too long; some joints missing."""
     kinds = [(0, 0.2), (0.2, 0.6), (0.5, 2), (1.8, 3)]
     points = rng.normal(0, rng.choice([0.3, 1.0]), (18, 3))
-    for start, end in zip(CHAIN[:-1], CHAIN[1:], strict=True):
+    for start, end in pairwise(CHAIN):
         direction = rng.normal(size=3)
         length = rng.uniform(*kinds[rng.integers(4)])
         points[end] = points[start] + length * direction / np.linalg.norm(direction)
@@ -57,8 +59,8 @@ def compare(seed, *, largest):
             np.testing.assert_allclose(getattr(found, name), values, rtol=0, atol=1e-9, err_msg=f"{name}, {seed}")
 
 
-def test_agrees_on_a_hundred_frames():
-    for seed in range(100):
+def test_agrees_on_a_few_frames():
+    for seed in range(50):
         compare(seed, largest=6)
 
 
