@@ -9,26 +9,30 @@ these the visible joints that were found at the same place in both.
 
 import argparse
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Literal, NamedTuple
+from contextlib import closing
+from typing import Any, NamedTuple
 
+import cv2
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 from rich.console import Console
+from rich.progress import track
 
 from benchmarks.machine import machine_kind
-from benchmarks.viewpoints import observe_requests, views_all_round
-from orchestrator.live_display import open_display
-from orchestrator.stop_request import stop_on_signals
-from orchestrator.worker_pair import worker_pair
-from protocol.arrays import BoolArray, Float64Array
-from protocol.camera import project
-from protocol.config import PerceptionConfig, RunConfig
-from protocol.messages import Observe
-from protocol.observation import Observation
+from benchmarks.viewpoints import views_all_round
+from orchestrator.view import camera_at
+from perception_worker.backend import open_network
+from perception_worker.perceive import Perceiver
+from protocol.arrays import AnyArray, BoolArray, Float64Array
+from protocol.camera import Camera, project
+from protocol.config import RunConfig
+from protocol.messages import Render
+from protocol.observation import FilterState, Observation
+from protocol.scene import Scene
 from protocol.skeleton import Joint
-
-Mask = Literal["none", "skeleton"]
+from render_worker.renderer import open_renderer
+from render_worker.scenes import sample_scene
 
 OWN_SHARE = 0.15
 """Of the body's height in pixels: keypoints that are nearer to the truth than this, at the median, are the person's."""
@@ -43,7 +47,8 @@ CLIP = 1.0
 class Look(NamedTuple):
     """One view, seen four ways."""
 
-    request: Observe
+    scene: Scene
+    camera: Camera
     alone: Observation
     alone_masked: Observation
     both: Observation
@@ -66,32 +71,45 @@ class Figures(Struct, frozen=True):
     correlation: float
 
 
-def looks(frames: int, console: Console) -> Iterator[Look]:
-    """Every view, by workers without the mask and then by workers with it."""
-    seen: dict[Mask, list[tuple[Observe, Observation, Observation]]] = {
-        mask: list(_observed(mask, frames, console)) for mask in ("none", "skeleton")
-    }
-    for (request, alone, both), (_, alone_masked, both_masked) in zip(seen["none"], seen["skeleton"], strict=True):
-        yield Look(request, alone, alone_masked, both, both_masked)
+class _Once:
+    """A network that is not run again for a picture that comes twice in a row."""
+
+    def __init__(self, network: Any) -> None:
+        self._network = network
+        self._last: tuple[AnyArray, Any] | None = None
+
+    def infer(self, image: AnyArray) -> Any:
+        """The network's output."""
+        if self._last is None or not np.array_equal(self._last[0], image):
+            self._last = image.copy(), self._network.infer(image)
+        return self._last[1]
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._network, name)
 
 
-def _observed(mask: Mask, frames: int, console: Console) -> Iterator[tuple[Observe, Observation, Observation]]:
-    config = RunConfig(perception=PerceptionConfig(mask=mask))
-    with (
-        stop_on_signals() as stop,
-        open_display(console) as display,
-        worker_pair(config, display=display, stop=stop) as pair,
-    ):
-        crowded = list(observe_requests(pair, views_all_round(seed=0), frames, config.environment, bystanders=1))
-        lonely = [replace(one, scene=replace(one.scene, bystanders=())) for one in crowded]
-        yield from zip(crowded, pair.perceiver.map(lonely), pair.perceiver.map(crowded), strict=True)
+def looks(frames: int) -> Iterator[Look]:
+    """Every view: each picture is seen once, and judged without the mask and with it."""
+    config = RunConfig()
+    network = _Once(open_network(config.perception))
+    perceivers = [Perceiver(network, replace(config.perception, mask=mask)) for mask in ("none", "skeleton")]
+    with closing(open_renderer(config.render)) as renderer:
+        for seed, viewpoint in zip(range(frames), views_all_round(seed=0), strict=False):
+            scene = sample_scene(seed, "test", bystanders=1)
+            camera = camera_at(viewpoint, scene, config.environment)
+            before = FilterState.initial((*scene.position, config.environment.target_height))
+            seen: list[Observation] = []
+            for shown in (replace(scene, bystanders=()), scene):
+                frame = renderer.render(Render(scene=shown, camera=camera, truth=True))
+                seen += [perceiver.perceive(frame, before) for perceiver in perceivers]
+            yield Look(scene, camera, *seen)
 
 
-def is_in_picture(request: Observe) -> bool:
+def is_in_picture(look: Look) -> bool:
     """Whether the middle of the bystander's body is."""
-    [bystander] = request.scene.bystanders
-    [[x, y, distance]] = project(np.array([[*bystander.position, 1.0]]), request.camera)
-    size = request.camera.intrinsics
+    [bystander] = look.scene.bystanders
+    [[x, y, distance]] = project(np.array([[*bystander.position, 1.0]]), look.camera)
+    size = look.camera.intrinsics
     return bool(distance > 0 and 0 <= x < size.width and 0 <= y < size.height)
 
 
@@ -100,11 +118,11 @@ def is_hiding(look: Look) -> bool:
     return bool((look.alone.visible != look.both.visible).any())
 
 
-def is_of_person(request: Observe, observation: Observation) -> bool:
+def is_of_person(camera: Camera, observation: Observation) -> bool:
     """Whether the keypoints are the person's, and not the bystander's or nobody's."""
     truth = _truth(observation)
-    pixels = project(truth, request.camera)
-    height = request.camera.intrinsics.fy * truth[Joint.NOSE, 2] / pixels[Joint.NOSE, 2]
+    pixels = project(truth, camera)
+    height = camera.intrinsics.fy * truth[Joint.NOSE, 2] / pixels[Joint.NOSE, 2]
     away = np.linalg.norm(observation.keypoints - pixels[:, :2], axis=1)
     found = away[np.isfinite(away)]
     return len(found) > 0 and bool(np.median(found) < OWN_SHARE * height)
@@ -144,9 +162,9 @@ def _truth(observation: Observation) -> Float64Array:
 
 def report(found: Sequence[Look]) -> Iterator[str]:
     """What was seen, line by line."""
-    in_picture = [look for look in found if is_in_picture(look.request)]
-    clear = [look for look in in_picture if not is_hiding(look) and is_of_person(look.request, look.alone)]
-    compared = [look for look in clear if is_of_person(look.request, look.both)]
+    in_picture = [look for look in found if is_in_picture(look)]
+    clear = [look for look in in_picture if not is_hiding(look) and is_of_person(look.camera, look.alone)]
+    compared = [look for look in clear if is_of_person(look.camera, look.both)]
     yield (
         f"{len(found)} views; the bystander in the picture in {len(in_picture)}; nothing hidden by them and the person "
         f"found without them in {len(clear)}; the person still taken for the person with them there in {len(compared)}"
@@ -174,7 +192,11 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=400)
     options = parser.parse_args()
     console = Console(soft_wrap=True)
-    found = list(looks(options.frames, Console(stderr=True)))
+    # As the perception worker does.
+    cv2.setNumThreads(1)
+    found = list(
+        track(looks(options.frames), total=options.frames, console=Console(stderr=True), description="looking")
+    )
     console.print(f"machine: {machine_kind()}", markup=False)
     for line in report(found):
         console.print(line, markup=False)

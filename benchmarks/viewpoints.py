@@ -29,16 +29,11 @@ def all_views(seed: int, farthest: float = 6.0) -> Iterator[Viewpoint]:
 
 
 def observe_requests(
-    pair: WorkerPair,
-    viewpoints: Iterator[Viewpoint],
-    count: int,
-    environment: EnvironmentConfig,
-    split: Split = "test",
-    bystanders: int = 0,
+    pair: WorkerPair, viewpoints: Iterator[Viewpoint], count: int, environment: EnvironmentConfig, split: Split = "test"
 ) -> Iterator[Observe]:
     """One request for each of `count` scenes, seen from the next viewpoint, with the truth asked for."""
     for seed, viewpoint in zip(range(count), viewpoints, strict=False):
-        scene = pair.renderer.call(SampleScene(seed=seed, split=split, bystanders=bystanders)).scene
+        scene = pair.renderer.call(SampleScene(seed=seed, split=split)).scene
         yield Observe(
             scene=scene,
             camera=camera_at(viewpoint, scene, environment),
