@@ -10,7 +10,7 @@ these the visible joints that were found at the same place in both.
 import argparse
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -20,11 +20,12 @@ from rich.console import Console
 from rich.progress import track
 
 from benchmarks.machine import machine_kind
-from benchmarks.viewpoints import views_all_round
+from benchmarks.viewpoints import all_views
 from orchestrator.view import camera_at
 from perception_worker.backend import open_network
+from perception_worker.network import Network, NetworkOutput, People
 from perception_worker.perceive import Perceiver
-from protocol.arrays import AnyArray, BoolArray, Float64Array
+from protocol.arrays import BoolArray, Float64Array, UInt8Array
 from protocol.camera import Camera, project
 from protocol.config import RunConfig
 from protocol.messages import Render
@@ -71,30 +72,32 @@ class Figures(Struct, frozen=True):
     correlation: float
 
 
-class _Once:
+class Once:
     """A network that is not run again for a picture that comes twice in a row."""
 
-    def __init__(self, network: Any) -> None:
+    def __init__(self, network: Network) -> None:
+        self.input_size = network.input_size
         self._network = network
-        self._last: tuple[AnyArray, Any] | None = None
+        self._last: tuple[UInt8Array, NetworkOutput] | None = None
 
-    def infer(self, image: AnyArray) -> Any:
-        """The network's output."""
-        if self._last is None or not np.array_equal(self._last[0], image):
-            self._last = image.copy(), self._network.infer(image)
+    def infer(self, rgb: UInt8Array) -> NetworkOutput:
+        """What the network gave or gives; raises as it does."""
+        if self._last is None or not np.array_equal(self._last[0], rgb):
+            self._last = rgb.copy(), self._network.infer(rgb)
         return self._last[1]
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._network, name)
+    def decode(self, output: NetworkOutput) -> People:
+        """As the network does."""
+        return self._network.decode(output)
 
 
 def looks(frames: int) -> Iterator[Look]:
     """Every view: each picture is seen once, and judged without the mask and with it."""
     config = RunConfig()
-    network = _Once(open_network(config.perception))
+    network = Once(open_network(config.perception))
     perceivers = [Perceiver(network, replace(config.perception, mask=mask)) for mask in ("none", "skeleton")]
     with closing(open_renderer(config.render)) as renderer:
-        for seed, viewpoint in zip(range(frames), views_all_round(seed=0), strict=False):
+        for seed, viewpoint in zip(range(frames), all_views(seed=0, farthest=9.0), strict=False):
             scene = sample_scene(seed, "test", bystanders=1)
             camera = camera_at(viewpoint, scene, config.environment)
             before = FilterState.initial((*scene.position, config.environment.target_height))

@@ -12,7 +12,7 @@ from perception_worker import kalman
 from perception_worker.calibration import Calibrated, Calibration
 from perception_worker.lifting import Windows, lift, windows_around
 from perception_worker.network import Network, NetworkOutput
-from perception_worker.qoe import Quality, distance_quality, heatmap_cells, quality_of_estimation
+from perception_worker.qoe import Quality, distance_quality, heatmap_cells, nearest_cells, quality_of_estimation
 from perception_worker.region import Region, around_person
 from perception_worker.stopwatch import Clock, Stopwatch
 from protocol.arrays import Float64Array, UInt8Array
@@ -83,7 +83,7 @@ class Perceiver:
             windows = windows_around(frame.depth, sight.keypoints)
             points = lift(windows, sight.keypoints, frame.camera, self._lifting)
         with watch.stage("qoe"):
-            others = _cells_of_others(sight) if self._masks_others else None
+            others = nearest_cells(sight.others, sight.output.heatmaps.shape[1:]) if self._masks_others else None
             quality = quality_of_estimation(sight.output.heatmaps, _cells(sight), points, others=others)
             calibrated = self._calibrate(points, quality, windows, frame.camera)
         with watch.stage("filter"):
@@ -152,11 +152,3 @@ def _cells(sight: _Sight) -> NDArray[np.int64]:
     """(18, 2) row and column of each keypoint in the heatmaps, -1 where there is none."""
     size = (sight.region.height, sight.region.width)
     return heatmap_cells(sight.region.inside(sight.keypoints), size, sight.output.heatmaps.shape[1:])
-
-
-def _cells_of_others(sight: _Sight) -> NDArray[np.int64]:
-    """(n, 18, 2) row and column of other people's peaks in the heatmaps, -1 where there is none."""
-    # A peak is refined by at most half a cell: the cell is that of the peak itself.
-    nearest = np.floor(sight.others[..., ::-1] + 0.5)
-    highest = np.array(sight.output.heatmaps.shape[1:]) - 1
-    return np.where(np.isnan(nearest), -1, np.minimum(np.maximum(nearest, 0), highest)).astype(np.int64)

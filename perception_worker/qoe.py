@@ -126,6 +126,20 @@ def heatmap_cells(pixels: Float64Array, image_size: Sequence[int], map_size: Seq
     return np.where(np.isnan(scaled), -1, np.minimum(np.maximum(scaled, 0), size - 1)).astype(np.int64)
 
 
+def nearest_cells(places: Float64Array, map_size: Sequence[int]) -> NDArray[np.int64]:
+    """The cells of the heatmap that places in it are nearest to.
+
+    Args:
+        places: (..., 2) column and row in cells, centres at integers, NaN where there is none.
+
+    Returns:
+        (..., 2) row and column, clipped into the map; -1 where there is no place.
+    """
+    nearest = np.floor(places[..., ::-1] + 0.5)
+    highest = np.array(map_size) - 1
+    return np.where(np.isnan(nearest), -1, np.minimum(np.maximum(nearest, 0), highest)).astype(np.int64)
+
+
 def mass_quality(heatmap: ArrayLike, cell: Sequence[int]) -> float:
     """The share of the heatmap's mass that stands in one piece with the joint's cell.
 
