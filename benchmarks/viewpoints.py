@@ -19,12 +19,12 @@ def front_views(seed: int) -> Iterator[Viewpoint]:
         yield Viewpoint(distance=rng.uniform(1.5, 4.0), angle=rng.uniform(-90.0, 90.0), altitude=rng.uniform(1.0, 2.5))
 
 
-def all_views(seed: int) -> Iterator[Viewpoint]:
-    """Views from all around a person, 1.5 to 6 m away and 1 to 2.5 m high."""
+def all_views(seed: int, farthest: float = 6.0) -> Iterator[Viewpoint]:
+    """Views from all around a person, from 1.5 m away to `farthest`, and 1 to 2.5 m high."""
     rng = np.random.default_rng(seed)
     while True:
         yield Viewpoint(
-            distance=rng.uniform(1.5, 6.0), angle=rng.uniform(-180.0, 180.0), altitude=rng.uniform(1.0, 2.5)
+            distance=rng.uniform(1.5, farthest), angle=rng.uniform(-180.0, 180.0), altitude=rng.uniform(1.0, 2.5)
         )
 
 

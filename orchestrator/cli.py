@@ -335,6 +335,7 @@ def view_scenes(
     distance: Annotated[float, typer.Option(help="Metres from the person, along the ground.")] = 3.0,
     angle: Annotated[float, typer.Option(help="Degrees from the person's front; 90 is at their left.")] = 0.0,
     altitude: Annotated[float, typer.Option(help="Metres above the ground.")] = 1.6,
+    bystanders: Annotated[int, typer.Option(help="How many more people are there.")] = 0,
     size: Annotated[str | None, typer.Option(help="Of the camera's picture.", show_default="640x480")] = None,
     config: Annotated[Path | None, typer.Option(help="A configuration for the workers and the camera.")] = None,
     output: Annotated[
@@ -346,7 +347,7 @@ def view_scenes(
     from orchestrator import view as viewing
 
     viewpoint = viewing.Viewpoint(distance=distance, angle=angle, altitude=altitude)
-    look = viewing.Look(seeds=tuple(dict.fromkeys(scenes)), split=split, viewpoint=viewpoint)
+    look = viewing.Look(seeds=tuple(dict.fromkeys(scenes)), split=split, viewpoint=viewpoint, bystanders=bystanders)
     settings = viewing.view_config(config, size)
     files = viewing.picture_files(look.seeds, output)
 

@@ -21,7 +21,7 @@ from protocol.config import EnvironmentConfig, RunConfig, load_config
 from protocol.errors import InvalidInput
 from protocol.messages import Perceive, Render, SampleScene
 from protocol.observation import FilterState
-from protocol.scene import Scene, Split
+from protocol.scene import MOST_BYSTANDERS, Scene, Split
 
 SMALLEST_SIZE, LARGEST_SIZE = 16, 8192
 """What a camera can have, in pixels."""
@@ -49,11 +49,16 @@ class Viewpoint(Struct, frozen=True, kw_only=True):
 
 
 class Look(Struct, frozen=True, kw_only=True):
-    """Which scenes to look at, and from where."""
+    """Which scenes to look at, with how many bystanders, and from where."""
 
     seeds: tuple[int, ...]
     split: Split = "test"
     viewpoint: Viewpoint = Viewpoint()
+    bystanders: int = 0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.bystanders <= MOST_BYSTANDERS:
+            raise InvalidInput(f"there can be 0 to {MOST_BYSTANDERS} bystanders, not {self.bystanders}")
 
 
 def view_config(path: Path | None, size: str | None) -> RunConfig:
@@ -149,12 +154,13 @@ def scene_page(
 ) -> UInt8Array:
     """The page of one scene, drawn from what the workers answer."""
     viewpoint = look.viewpoint
-    scene = renderer.call(SampleScene(seed=seed, split=look.split)).scene
+    scene = renderer.call(SampleScene(seed=seed, split=look.split, bystanders=look.bystanders)).scene
     frame = renderer.call(Render(scene=scene, camera=camera_at(viewpoint, scene, environment), truth=True))
     filter_state = FilterState.initial((*scene.position, environment.target_height))
     observation = perceiver.call(Perceive(frame=frame, filter=filter_state, heatmaps=True))
+    others = f", {len(scene.bystanders)} more people" if scene.bystanders else ""
     subtitle = (
-        f"identity {scene.identity}, pose {scene.pose.kind}; the camera {viewpoint.distance:g} m away, "
+        f"identity {scene.identity}, pose {scene.pose.kind}{others}; the camera {viewpoint.distance:g} m away, "
         f"{viewpoint.angle:g}° from the front, {viewpoint.altitude:g} m high"
     )
     return scene_sheet(f"Scene {seed} ({look.split})", subtitle, frame, observation)

@@ -1,4 +1,4 @@
-"""From the network's maps to one person's keypoints.
+"""From the network's maps to people's keypoints.
 
 Peaks of the heatmaps are the candidates for each joint; the part-affinity fields tell which candidates belong to the
 same limb; limbs that share a candidate make a skeleton. One person is looked for: the skeleton with the most keypoints.
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from perception_worker.network import NetworkOutput
-from protocol.arrays import BoolArray, Float32Array, Float64Array
+from perception_worker.network import NetworkOutput, People
+from protocol.arrays import Float32Array, Float64Array
 from protocol.skeleton import JOINT_COUNT, Joint
 
 MOST_PEAKS = 16
@@ -49,6 +49,10 @@ LIMB_FIELDS: tuple[tuple[Joint, Joint, int], ...] = (
 """Each limb and the channel of its field's x component; the y component is the next one. The order is OpenPose's."""
 
 
+_FIRST, _SECOND, _CHANNEL = np.array(LIMB_FIELDS).T
+_ALONG = np.linspace(0.0, 1.0, SAMPLES)[:, None]
+
+
 @dataclass(frozen=True, eq=False)
 class Peaks:
     """Local maxima of the heatmaps, by joint and then by falling height.
@@ -64,78 +68,75 @@ class Peaks:
     height: Float64Array
 
 
-def decode(output: NetworkOutput, threshold: float) -> Float64Array:
-    """The keypoints of the person who shows the most of them; between equals, of the higher peaks.
+def decode(output: NetworkOutput, threshold: float) -> People:
+    """The keypoints of the person who shows the most of them; between equals, of the higher peaks; and of the others.
 
     Args:
-        output: the network's maps.
+        output: the network's maps, all of them finite.
         threshold: height that a peak must exceed.
-
-    Returns:
-        (18, 2) column and row in cells, NaN for joints that were not detected.
     """
     peaks = find_peaks(output.heatmaps, threshold)
-    skeletons = group(peaks, output.pafs)
-    keypoints = np.full((JOINT_COUNT, 2), np.nan)
-    if skeletons:
-        best = max(skeletons, key=lambda skeleton: (len(skeleton), peaks.height[list(skeleton.values())].sum()))
-        keypoints[list(best)] = peaks.position[list(best.values())]
-    return keypoints
+    skeletons = [(list(skeleton), list(skeleton.values())) for skeleton in group(peaks, output.pafs)]
+    skeletons.sort(key=lambda skeleton: (len(skeleton[0]), peaks.height[skeleton[1]].sum()), reverse=True)
+    keypoints = np.full((max(len(skeletons), 1), JOINT_COUNT, 2), np.nan)
+    for own, (joints, chosen) in zip(keypoints, skeletons, strict=False):
+        own[joints] = peaks.position[chosen]
+    return People(keypoints[0], keypoints[1:])
 
 
 def find_peaks(heatmaps: Float32Array, threshold: float) -> Peaks:
     """Cells above the threshold that no neighbour exceeds, at most `MOST_PEAKS` for each joint."""
     maps = heatmaps[:JOINT_COUNT]
-    joint, row, column = np.nonzero(_local_maxima(maps) & (maps > threshold))
-    height = maps[joint, row, column].astype(np.float64)
+    count, rows, columns = maps.shape
+    # A border of its own around each map, so that the neighbours of every cell are where those of any other are.
+    bordered = np.full((count, rows + 2, columns + 2), -np.inf, maps.dtype)
+    bordered[:, 1:-1, 1:-1] = maps
+    values, width = bordered.reshape(-1), columns + 2
+    cells = _local_maxima(values, np.flatnonzero(values > threshold), width)
+    joint = cells // ((rows + 2) * width)
+    height = values[cells].astype(np.float64)
     order = np.lexsort((-height, joint))
     rank = np.arange(len(order)) - np.searchsorted(joint, joint)
     order = order[rank < MOST_PEAKS]
-    joint, row, column = joint[order], row[order], column[order]
-    position = np.stack([_refine(maps, joint, row, column, axis=2), _refine(maps, joint, row, column, axis=1)], axis=1)
+    cells, joint = cells[order], joint[order]
+    row, column = np.divmod(cells - joint * ((rows + 2) * width), width)
+    position = np.stack([column, row], axis=1) - 1 + _offsets(values, cells, width)
     return Peaks(joint, position, height[order])
 
 
-def group(peaks: Peaks, pafs: Float32Array) -> list[dict[Joint, int]]:
+def group(peaks: Peaks, pafs: Float32Array) -> list[dict[int, int]]:
     """Skeletons, each as the index of a peak for every joint that it has; at least two joints each."""
-    skeletons: list[dict[Joint, int]] = []
-    limb_of, first, second, score = _supported_limbs(peaks, pafs)
-    for limb, (joint_a, joint_b, _) in enumerate(LIMB_FIELDS):
-        candidates = np.flatnonzero(limb_of == limb)
-        for candidate in candidates[np.argsort(-score[candidates], kind="stable")]:
-            _join(skeletons, joint_a, int(first[candidate]), joint_b, int(second[candidate]))
+    skeletons: list[dict[int, int]] = []
+    owner: dict[int, dict[int, int]] = {}
+    limb, first, second, score = _supported_limbs(peaks, pafs)
+    # Limb after limb, of each the best supported pair first.
+    order = np.lexsort((-score, limb))
+    ends = zip(*(values[order].tolist() for values in (_FIRST[limb], first, _SECOND[limb], second)), strict=True)
+    for joint_a, a, joint_b, b in ends:
+        _join(skeletons, owner, joint_a, a, joint_b, b)
     return skeletons
 
 
-def _local_maxima(maps: Float32Array) -> BoolArray:
-    """Where no neighbour is higher; of a plateau only its first cell, row by row."""
-    _, rows, columns = maps.shape
-    padded = np.pad(maps, ((0, 0), (1, 1), (1, 1)), constant_values=-np.inf)
-    highest = np.ones(maps.shape, dtype=bool)
-    for down in range(3):
-        for right in range(3):
-            neighbour = padded[:, down : down + rows, right : right + columns]
-            if (down, right) < (1, 1):
-                highest &= maps > neighbour
-            elif (down, right) > (1, 1):
-                highest &= maps >= neighbour
-    return highest
+def _local_maxima(values: Float32Array, cells: NDArray[np.int64], width: int) -> NDArray[np.int64]:
+    """Those of the cells that no neighbour exceeds; of a plateau only its first cell, row by row."""
+    here = values[cells][:, None]
+    before = np.array([-width - 1, -width, -width + 1, -1])
+    highest = (here > values[cells[:, None] + before]) & (here >= values[cells[:, None] - before])
+    return cells[highest.all(axis=1)]
 
 
-def _refine(
-    maps: Float32Array, joint: NDArray[np.int64], row: NDArray[np.int64], column: NDArray[np.int64], *, axis: int
-) -> Float64Array:
-    """The summit, along one axis, of the parabola through a peak and its two neighbours; at the border, the cell."""
-    centre = column if axis == 2 else row
-    inner = (centre > 0) & (centre < maps.shape[axis] - 1)
-    step = inner.astype(np.int64)
-    down, right = (0, step) if axis == 2 else (step, 0)
-    before, here, after = (
-        maps[joint, row + sign * down, column + sign * right].astype(np.float64) for sign in (-1, 0, 1)
-    )
-    curvature = before - 2.0 * here + after
-    offset = 0.5 * (before - after) / np.where(curvature < 0.0, curvature, -np.inf)
-    return centre + np.clip(offset, -0.5, 0.5)
+def _offsets(values: Float32Array, cells: NDArray[np.int64], width: int) -> Float64Array:
+    """(n, 2) from a cell to the summit, along columns and rows, of the parabola through it and its two neighbours.
+
+    A cell at the border has none in that direction.
+    """
+    step = np.array([1, width])
+    before, after = (values[cells[:, None] + sign * step].astype(np.float64) for sign in (-1, 1))
+    curvature = before - 2.0 * values[cells].astype(np.float64)[:, None] + after
+    curved = (curvature < 0.0) & (curvature > -np.inf)
+    slope = np.subtract(before, after, out=np.zeros_like(curvature), where=curved)
+    offset = 0.5 * slope / np.where(curved, curvature, -1.0)
+    return np.minimum(np.maximum(offset, -0.5), 0.5)
 
 
 def _supported_limbs(
@@ -143,41 +144,51 @@ def _supported_limbs(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Float64Array]:
     """All pairs of peaks that the fields support as a limb: limb, first peak, second peak and score."""
     limb, first, second = _possible_limbs(peaks)
-    along = peaks.position[second] - peaks.position[first]
-    length = np.linalg.norm(along, axis=1)
+    start = peaks.position[first]
+    along = peaks.position[second] - start
+    length = np.sqrt((along * along).sum(axis=1))
     direction = along / np.maximum(length, 1e-9)[:, None]
-    samples = peaks.position[first][:, None] + along[:, None] * np.linspace(0.0, 1.0, SAMPLES)[:, None]
-    columns, rows = np.rint(samples).astype(np.int64).transpose(2, 0, 1)
-    channel = np.array([x_channel for _, _, x_channel in LIMB_FIELDS])[limb][:, None]
+    columns, rows = np.rint(start[:, None] + along[:, None] * _ALONG).astype(np.int64).transpose(2, 0, 1)
+    channel = _CHANNEL[limb][:, None]
     alignment = pafs[channel, rows, columns] * direction[:, :1] + pafs[channel + 1, rows, columns] * direction[:, 1:]
-    supported = ((alignment > LEAST_ALIGNMENT).mean(axis=1) >= LEAST_SUPPORT) & (length > 0.0)
-    return limb[supported], first[supported], second[supported], alignment.mean(axis=1)[supported]
+    support = (alignment > LEAST_ALIGNMENT).sum(axis=1) / SAMPLES
+    supported = np.flatnonzero((support >= LEAST_SUPPORT) & (length > 0.0))
+    return limb[supported], first[supported], second[supported], alignment[supported].mean(axis=1)
 
 
 def _possible_limbs(peaks: Peaks) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Every pair of peaks of the two joints of every limb: limb, first peak, second peak."""
-    of_joint = [np.flatnonzero(peaks.joint == joint) for joint in Joint]
-    pairs = [
-        (np.full(len(of_joint[a]) * len(of_joint[b]), limb), *map(np.ravel, np.meshgrid(of_joint[a], of_joint[b])))
-        for limb, (a, b, _) in enumerate(LIMB_FIELDS)
-    ]
-    limb, first, second = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
-    return limb, first, second
+    counts = np.bincount(peaks.joint, minlength=JOINT_COUNT)
+    begins = np.cumsum(counts) - counts
+    pairs = counts[_FIRST] * counts[_SECOND]
+    limb = np.repeat(np.arange(len(LIMB_FIELDS)), pairs)
+    nth = np.arange(len(limb)) - (np.cumsum(pairs) - pairs)[limb]
+    of_second, of_first = np.divmod(nth, counts[_FIRST][limb])
+    return limb, begins[_FIRST][limb] + of_first, begins[_SECOND][limb] + of_second
 
 
-def _join(skeletons: list[dict[Joint, int]], joint_a: Joint, a: int, joint_b: Joint, b: int) -> None:
+def _join(
+    skeletons: list[dict[int, int]], owner: dict[int, dict[int, int]], joint_a: int, a: int, joint_b: int, b: int
+) -> None:
     """Add a limb to the skeletons: it starts one, lengthens one or makes two into one.
 
     A skeleton keeps the joint that it has: a limb of a higher score came before.
     """
-    with_a = next((skeleton for skeleton in skeletons if skeleton.get(joint_a) == a), None)
-    with_b = next((skeleton for skeleton in skeletons if skeleton.get(joint_b) == b), None)
+    with_a, with_b = owner.get(a), owner.get(b)
     if with_a is None and with_b is None:
-        skeletons.append({joint_a: a, joint_b: b})
+        owner[a] = owner[b] = {joint_a: a, joint_b: b}
+        skeletons.append(owner[a])
     elif with_b is None and with_a is not None:
-        with_a.setdefault(joint_b, b)
+        _lengthen(with_a, owner, joint_b, b)
     elif with_a is None and with_b is not None:
-        with_b.setdefault(joint_a, a)
+        _lengthen(with_b, owner, joint_a, a)
     elif with_a is not with_b and with_a is not None and with_b is not None and with_a.keys().isdisjoint(with_b):
         with_a.update(with_b)
+        owner.update(dict.fromkeys(with_b.values(), with_a))
         skeletons.remove(with_b)
+
+
+def _lengthen(skeleton: dict[int, int], owner: dict[int, dict[int, int]], joint: int, peak: int) -> None:
+    if joint not in skeleton:
+        skeleton[joint] = peak
+        owner[peak] = skeleton

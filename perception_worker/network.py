@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from protocol.arrays import Float32Array, Float64Array, UInt8Array
-from protocol.errors import InvalidConfig
+from protocol.errors import InvalidOutput
 from protocol.skeleton import JOINT_COUNT
 
 HEATMAP_CHANNELS = JOINT_COUNT + 1
@@ -26,6 +26,19 @@ class NetworkOutput:
     pafs: Float32Array
 
 
+@dataclass(frozen=True, eq=False)
+class People:
+    """Whom a network saw, in cells of the heatmaps: column and row, NaN for joints that were not detected.
+
+    Attributes:
+        person: (18, 2) of whom the frame is about; all NaN where nobody was seen.
+        others: (n, 18, 2) of everybody else, where the network tells people apart.
+    """
+
+    person: Float64Array
+    others: Float64Array
+
+
 class Network(Protocol):
     """May be called by several threads at once."""
 
@@ -38,12 +51,12 @@ class Network(Protocol):
         """Run the network on an image (rows, columns, 3) of any size, RGB.
 
         Raises:
-            InvalidConfig: it gave heatmaps that are not finite.
+            InvalidOutput: it gave maps that are empty or not finite.
         """
         ...
 
-    def decode(self, output: NetworkOutput) -> Float64Array:
-        """One person's keypoints: (18, 2) column and row in cells of the heatmaps, NaN for joints not detected."""
+    def decode(self, output: NetworkOutput) -> People:
+        """The keypoints of whom the frame is about, and of everybody else."""
         ...
 
 
@@ -53,14 +66,16 @@ def with_background(joints: Float32Array) -> Float32Array:
     return np.concatenate([joints, background.astype(joints.dtype)])
 
 
-def require_finite(heatmaps: Float32Array, name: str) -> None:
-    """Refuse heatmaps that would make numbers of what is none.
+def require_finite(maps: Float32Array, network: str, what: str = "heatmaps") -> None:
+    """Refuse maps that would make numbers of what is none.
 
     Raises:
-        InvalidConfig: a value is NaN or infinite.
+        InvalidOutput: a value is NaN or infinite, or there is none at all.
     """
-    if not np.isfinite(heatmaps).all():
-        raise InvalidConfig(
-            f"perception.network: {name} gave heatmaps that are not finite; is it damaged, or made for other pixels "
+    if maps.size == 0:
+        raise InvalidOutput(f"perception.network: {network} gave {what} that are empty: their shape is {maps.shape}")
+    if not np.isfinite(maps).all():
+        raise InvalidOutput(
+            f"perception.network: {network} gave {what} that are not finite; is it damaged, or made for other pixels "
             "(perception.pixels) or another precision?"
         )

@@ -3,9 +3,9 @@
 from perception_worker.decoding import decode
 from perception_worker.engine import Engine
 from perception_worker.layout import FoundLayout
-from perception_worker.network import NetworkOutput, require_finite
+from perception_worker.network import NetworkOutput, People, require_finite
 from perception_worker.pixels import as_image, stretched
-from protocol.arrays import Float64Array, UInt8Array
+from protocol.arrays import UInt8Array
 from protocol.config import Pixels
 
 
@@ -29,13 +29,14 @@ class OpenPoseNetwork:
         """Run the network on an image (rows, columns, 3) of any size, RGB.
 
         Raises:
-            InvalidConfig: it gave heatmaps that are not finite.
+            InvalidOutput: it gave maps that are empty or not finite.
         """
         image = as_image(stretched(rgb, self.input_size), self._pixels)
         output = self._layout.arranged(self._engine.run(image))
         require_finite(output.heatmaps, self._name)
+        require_finite(output.pafs, self._name, "part-affinity fields")
         return output
 
-    def decode(self, output: NetworkOutput) -> Float64Array:
-        """(18, 2) column and row in cells, NaN for joints that were not detected."""
+    def decode(self, output: NetworkOutput) -> People:
+        """The person who shows the most joints, and everybody else."""
         return decode(output, self._threshold)

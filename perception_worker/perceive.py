@@ -12,7 +12,7 @@ from perception_worker import kalman
 from perception_worker.calibration import Calibrated, Calibration
 from perception_worker.lifting import Windows, lift, windows_around
 from perception_worker.network import Network, NetworkOutput
-from perception_worker.qoe import Quality, distance_quality, heatmap_cell, quality_of_estimation
+from perception_worker.qoe import Quality, distance_quality, heatmap_cells, nearest_cells, quality_of_estimation
 from perception_worker.region import Region, around_person
 from perception_worker.stopwatch import Clock, Stopwatch
 from protocol.arrays import Float64Array, UInt8Array
@@ -20,7 +20,6 @@ from protocol.camera import Camera
 from protocol.config import PerceptionConfig, Profile, settled
 from protocol.frame import Frame
 from protocol.observation import FilterState, Lifting, Observation, Reading
-from protocol.skeleton import JOINT_COUNT
 
 LEAST_TO_CROP = 3
 """Joints that a look at a frame must find to be believed: fewer are nobody to look closer at, or somebody lost."""
@@ -28,11 +27,17 @@ LEAST_TO_CROP = 3
 
 @dataclass(frozen=True, eq=False)
 class _Sight:
-    """What the network saw in a part of a frame, and the keypoints there, (18, 2) in the frame's pixels."""
+    """What the network saw in a part of a frame.
+
+    Attributes:
+        keypoints: (18, 2) of the person, in the frame's pixels.
+        others: (n, 18, 2) of other people, in the heatmaps' cells, column and row.
+    """
 
     region: Region
     output: NetworkOutput
     keypoints: Float64Array
+    others: Float64Array
 
 
 class Perceiver:
@@ -52,6 +57,7 @@ class Perceiver:
         self._lifting: Lifting = cast("Lifting", config.lifting)
         self._crop = config.crop
         self._calibration = calibration
+        self._masks_others = config.mask == "skeleton"
         self._clock = clock
 
     def perceive(
@@ -67,6 +73,9 @@ class Perceiver:
 
         Returns:
             The observation; where nobody is found, all joints are NaN, all qualities 0 and the filter saw nothing.
+
+        Raises:
+            InvalidOutput: the network gave no maps, or a map that has a value that is not finite.
         """
         watch = Stopwatch(self._clock)
         sight = self._look(frame.rgb, watch)
@@ -74,7 +83,8 @@ class Perceiver:
             windows = windows_around(frame.depth, sight.keypoints)
             points = lift(windows, sight.keypoints, frame.camera, self._lifting)
         with watch.stage("qoe"):
-            quality = quality_of_estimation(sight.output.heatmaps, _cells(sight), points)
+            others = nearest_cells(sight.others, sight.output.heatmaps.shape[1:]) if self._masks_others else None
+            quality = quality_of_estimation(sight.output.heatmaps, _cells(sight), points, others=others)
             calibrated = self._calibrate(points, quality, windows, frame.camera)
         with watch.stage("filter"):
             updated = kalman.update(filter_state, points, quality.combined)
@@ -123,9 +133,9 @@ class Perceiver:
         with watch.stage("infer"):
             output = self._network.infer(region.part(rgb))
         with watch.stage("decode"):
-            cells = self._network.decode(output)
-            keypoints = region.pixels(cells, output.heatmaps.shape[1:])
-        return _Sight(region, output, keypoints)
+            people = self._network.decode(output)
+            keypoints = region.pixels(people.person, output.heatmaps.shape[1:])
+        return _Sight(region, output, keypoints, people.others)
 
 
 def _read(lifting: Lifting, windows: Windows, sight: _Sight, quality: Quality, camera: Camera) -> Reading:
@@ -140,9 +150,5 @@ def _found(sight: _Sight) -> int:
 
 def _cells(sight: _Sight) -> NDArray[np.int64]:
     """(18, 2) row and column of each keypoint in the heatmaps, -1 where there is none."""
-    cells = np.full((JOINT_COUNT, 2), -1)
-    pixels = sight.region.inside(sight.keypoints)
     size = (sight.region.height, sight.region.width)
-    for joint in np.flatnonzero(np.isfinite(pixels[:, 0])):
-        cells[joint] = heatmap_cell(pixels[joint], size, sight.output.heatmaps.shape[1:])
-    return cells
+    return heatmap_cells(sight.region.inside(sight.keypoints), size, sight.output.heatmaps.shape[1:])

@@ -5,15 +5,14 @@ whether its place in space fits a human body (distance). What the seed leaves op
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from protocol.arrays import BoolArray, Float32Array, Float64Array
+from protocol.arrays import AnyArray, BoolArray, Float32Array, Float64Array
 from protocol.errors import InvalidInput
 from protocol.skeleton import JOINT_COUNT, Joint
 
@@ -40,10 +39,12 @@ UPPER_BODY_CHAIN = (
 )
 """From the right wrist to the left one (seed, section 3.3.2)."""
 
-_WRISTS = (
-    (Joint.RIGHT_WRIST, Joint.RIGHT_ELBOW, UPPER_BODY_CHAIN[0]),
-    (Joint.LEFT_WRIST, Joint.LEFT_ELBOW, UPPER_BODY_CHAIN[-1]),
-)
+_STARTS, _ENDS = np.array([bone.ends for bone in UPPER_BODY_CHAIN]).T
+_SHORTEST = np.array([bone.shortest for bone in UPPER_BODY_CHAIN])
+_LONGEST = np.array([bone.longest for bone in UPPER_BODY_CHAIN])
+_CHAIN = np.append(_STARTS, _ENDS[-1])
+_BONES_OF = np.array([(max(place - 1, 0), min(place, len(UPPER_BODY_CHAIN) - 1)) for place in range(len(_CHAIN))])
+"""The two bones of each joint of the chain; of a wrist its forearm, twice."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,23 +57,35 @@ class Quality:
     combined: Float64Array
 
 
-def quality_of_estimation(heatmaps: Float32Array, cells: NDArray[np.int64], points: Float64Array) -> Quality:
+def quality_of_estimation(
+    heatmaps: Float32Array,
+    cells: NDArray[np.int64],
+    points: Float64Array,
+    *,
+    others: NDArray[np.int64] | None = None,
+) -> Quality:
     """All three components and their mean.
 
     Args:
         heatmaps: (18 or more, rows, columns), one for each joint.
         cells: (18, 2) row and column of each joint in its heatmap; negative where it was not detected.
         points: (18, 3) metres, NaN where a joint is not located.
+        others: (n, 18, 2) cells of other people, whose peaks are then no reason to doubt this one's.
+
+    Raises:
+        InvalidInput: a heatmap has a value that is not finite, or a cell is outside.
 
     Source: seed, section 3.3.3.
     """
+    masked = _masked(heatmaps[:JOINT_COUNT])
+    detected = np.flatnonzero((cells >= 0).all(axis=1))
+    _require_inside(cells[detected], masked.shape[1:])
     mass, height = np.zeros(JOINT_COUNT), np.zeros(JOINT_COUNT)
-    detected = np.all(cells >= 0, axis=1)
-    for joint in np.flatnonzero(detected):
-        masked = _masked(heatmaps[joint])
-        cell = int(cells[joint, 0]), int(cells[joint, 1])
-        mass[joint], height[joint] = _component_share(masked, cell), _height(masked, cell)
-    distance = np.where(detected, distance_quality(points), 0.0)
+    here = masked[detected, cells[detected, 0], cells[detected, 1]]
+    height[detected] = np.minimum(here, 1.0)
+    mass[detected] = _shares(masked, detected, cells[detected], others)
+    distance = np.zeros(JOINT_COUNT)
+    distance[detected] = distance_quality(points)[detected]
     return Quality(mass, height, distance, combined=(mass + height + distance) / 3)
 
 
@@ -95,11 +108,36 @@ def heatmap_cell(pixel_xy: Sequence[float], image_size: Sequence[int], map_size:
     x, y = (float(value) for value in pixel_xy)
     if not (math.isfinite(x) and math.isfinite(y)):
         raise InvalidInput(f"the pixel ({x}, {y}) is in no cell of the heatmap")
-    row, column = (
-        min(max(math.floor(value * int(cells) / int(pixels)), 0), int(cells) - 1)
-        for value, pixels, cells in zip((y, x), image_size, map_size, strict=True)
-    )
-    return row, column
+    [[row, column]] = heatmap_cells(np.array([[x, y]]), image_size, map_size)
+    return int(row), int(column)
+
+
+def heatmap_cells(pixels: Float64Array, image_size: Sequence[int], map_size: Sequence[int]) -> NDArray[np.int64]:
+    """The cells that pixels fall into; see `heatmap_cell`.
+
+    Args:
+        pixels: (n, 2) x and y, NaN where there is none.
+
+    Returns:
+        (n, 2) row and column; -1 where there is no pixel.
+    """
+    size = np.array(map_size)
+    scaled = np.floor(pixels[:, ::-1] * size / np.array(image_size))
+    return np.where(np.isnan(scaled), -1, np.minimum(np.maximum(scaled, 0), size - 1)).astype(np.int64)
+
+
+def nearest_cells(places: Float64Array, map_size: Sequence[int]) -> NDArray[np.int64]:
+    """The cells of the heatmap that places in it are nearest to.
+
+    Args:
+        places: (..., 2) column and row in cells, centres at integers, NaN where there is none.
+
+    Returns:
+        (..., 2) row and column, clipped into the map; -1 where there is no place.
+    """
+    nearest = np.floor(places[..., ::-1] + 0.5)
+    highest = np.array(map_size) - 1
+    return np.where(np.isnan(nearest), -1, np.minimum(np.maximum(nearest, 0), highest)).astype(np.int64)
 
 
 def mass_quality(heatmap: ArrayLike, cell: Sequence[int]) -> float:
@@ -112,10 +150,14 @@ def mass_quality(heatmap: ArrayLike, cell: Sequence[int]) -> float:
     Returns:
         In [0, 1]; 0 if the cell itself is below the heatmap's mean or not above 0.
 
+    Raises:
+        InvalidInput: the heatmap is none, has a value that is not finite, or the cell is outside.
+
     Source: seed, section 3.3.1.
     """
-    masked = _masked(heatmap)
-    return _component_share(masked, _inside(cell, masked))
+    masked, at = _masked(np.asarray(heatmap)[None]), np.asarray([cell], dtype=np.int64)
+    _require_inside(at, masked.shape[1:])
+    return float(_shares(masked, np.zeros(1, dtype=np.int64), at)[0])
 
 
 def height_quality(heatmap: ArrayLike, cell: Sequence[int]) -> float:
@@ -125,10 +167,14 @@ def height_quality(heatmap: ArrayLike, cell: Sequence[int]) -> float:
         heatmap: (rows, columns) one joint's.
         cell: row and column of the joint.
 
+    Raises:
+        InvalidInput: as `mass_quality`.
+
     Source: seed, section 3.3.1.
     """
-    masked = _masked(heatmap)
-    return _height(masked, _inside(cell, masked))
+    masked, at = _masked(np.asarray(heatmap)[None]), np.asarray([cell], dtype=np.int64)
+    _require_inside(at, masked.shape[1:])
+    return float(min(masked[0, at[0, 0], at[0, 1]], 1.0))
 
 
 def distance_quality(points: ArrayLike) -> Float64Array:
@@ -147,43 +193,76 @@ def distance_quality(points: ArrayLike) -> Float64Array:
         raise InvalidInput(f"points have the shape {positions.shape}, not {(JOINT_COUNT, 3)}")
     located = np.all(np.isfinite(positions), axis=1)
     quality = _general_rule(positions, located)
-    for joint, value in _chain_rule(positions, located, otherwise=quality).items():
-        quality[joint] = value
+    quality[_CHAIN] = _chain_rule(positions, located, otherwise=quality[_CHAIN])
     return np.where(located, quality, 0.0)
 
 
-def _masked(heatmap: ArrayLike) -> Float64Array:
-    """M of the seed: the heatmap where it reaches its own mean and 0, and 0 elsewhere."""
-    values = np.asarray(heatmap, dtype=np.float64)
-    if values.ndim != 2 or values.size == 0:
-        raise InvalidInput(f"a heatmap has rows and columns, not the shape {values.shape}")
-    return np.where(values >= max(float(values.mean()), 0.0), values, 0.0)
+def _masked(heatmaps: AnyArray) -> Float64Array:
+    """M of the seed for (n, rows, columns): a heatmap where it reaches its own mean and 0, and 0 elsewhere."""
+    if heatmaps.ndim != 3 or heatmaps.size == 0:
+        raise InvalidInput(f"heatmaps have rows and columns, not the shape {heatmaps.shape[1:]}")
+    values = heatmaps.astype(np.float64)
+    with np.errstate(invalid="ignore"):
+        means = values.mean(axis=(1, 2))
+    # A sum is finite only if all that it is of is.
+    if not np.isfinite(means).all():
+        raise InvalidInput("a heatmap has values that are not finite; the network or its weights are damaged")
+    return np.where(values >= np.maximum(means, 0.0)[:, None, None], values, 0.0)
 
 
-def _inside(cell: Sequence[int], heatmap: Float64Array) -> tuple[int, int]:
-    row, column = (int(index) for index in cell)
-    if not (0 <= row < heatmap.shape[0] and 0 <= column < heatmap.shape[1]):
-        raise InvalidInput(f"the cell {(row, column)} is outside the heatmap of {heatmap.shape}")
-    return row, column
+def _require_inside(cells: NDArray[np.int64], size: tuple[int, ...]) -> None:
+    outside = ((cells < 0) | (cells >= size)).any(axis=1)
+    if outside.any():
+        raise InvalidInput(f"the cells {cells[outside].tolist()} are outside the heatmap of {size}")
 
 
-def _component_share(masked: Float64Array, cell: tuple[int, int]) -> float:
-    if not masked[cell] > 0:
-        return 0.0
+def _shares(
+    masked: Float64Array,
+    joints: NDArray[np.int64],
+    cells: NDArray[np.int64],
+    others: NDArray[np.int64] | None = None,
+) -> Float64Array:
+    """(k,) share of each joint's map that stands in the component of its cell; 0 where the cell itself is empty.
+
+    Args:
+        masked: (n, rows, columns) M of the maps.
+        joints: (k,) which maps.
+        cells: (k, 2) row and column in each.
+        others: (people, n, 2) cells of others, negative where they have none: their components are left out.
+    """
+    count, rows, columns = masked.shape
+    # All maps at once, one above the other with an empty row between, so that no component reaches into the next map.
+    stands = masked > 0.0
+    stacked = np.zeros((count, rows + 1, columns), dtype=bool)
+    stacked[:, :rows] = stands
     # 8-connected, as the seed's OpenCV call was; 4-connected splits diagonal peaks and lowers the mass.
-    _, labels = cv2.connectedComponents((masked > 0).astype(np.uint8), connectivity=8)
-    component = np.where(labels == labels[cell], masked, 0.0)
-    # Both sums run over the same cells in the same order: a heatmap of one component has exactly 1.
-    return float(component.sum() / masked.sum())
+    found, labelled = cv2.connectedComponents(stacked.view(np.uint8).reshape(-1, columns), connectivity=8)
+    labels = np.asarray(labelled, dtype=np.int32).reshape(stacked.shape)
+    places = np.flatnonzero(stacked)
+    at, map_of = labels.reshape(-1)[places], np.zeros(found, dtype=np.int64)
+    map_of[at] = places // ((rows + 1) * columns)
+    sums = np.bincount(at, weights=masked[stands], minlength=found).astype(np.float64)
+    own = labels[joints, cells[:, 0], cells[:, 1]]
+    kept = sums if others is None else _without_others(sums, own, labels, others)
+    totals = np.bincount(map_of, weights=kept, minlength=count)[joints]
+    return np.where(own > 0, sums[own] / np.where(own > 0, totals, 1.0), 0.0)
 
 
-def _height(masked: Float64Array, cell: tuple[int, int]) -> float:
-    return float(np.clip(masked[cell], 0.0, 1.0))
+def _without_others(
+    sums: Float64Array, own: NDArray[np.int32], labels: NDArray[np.int32], others: NDArray[np.int64]
+) -> Float64Array:
+    """The components' sums, 0 for those that hold another person's joint and none of this person's."""
+    person, joint = np.nonzero((others >= 0).all(axis=2))
+    row, column = others[person, joint].T
+    kept = sums.copy()
+    kept[labels[joint, row, column]] = 0.0
+    kept[own] = sums[own]
+    return kept
 
 
-def _implausibility(distance: ArrayLike) -> Float64Array:
+def _implausibility(distance: Float64Array) -> Float64Array:
     """w_T of the seed: 0 up to T, 1 from 1.25 T, straight between."""
-    return np.clip(4.0 / TOLERANCE * (np.asarray(distance, dtype=np.float64) - TOLERANCE), 0.0, 1.0)
+    return np.minimum(np.maximum(4.0 / TOLERANCE * (distance - TOLERANCE), 0.0), 1.0)
 
 
 def _general_rule(positions: Float64Array, located: BoolArray) -> Float64Array:
@@ -191,42 +270,23 @@ def _general_rule(positions: Float64Array, located: BoolArray) -> Float64Array:
     others = located & ~np.eye(JOINT_COUNT, dtype=bool)
     count = others.sum(axis=1)
     known = np.where(located[:, None], positions, 0.0)
-    distance = np.linalg.norm(known - others @ known / np.maximum(count, 1)[:, None], axis=1)
+    away = known - others @ known / np.maximum(count, 1)[:, None]
+    distance = np.sqrt((away * away).sum(axis=1))
     return np.where(located & (count > 0), 1.0 - _implausibility(distance), 0.0)
 
 
-def _chain_rule(positions: Float64Array, located: BoolArray, *, otherwise: Float64Array) -> dict[Joint, float]:
-    """By the lengths of the bones from wrist to wrist; `otherwise` is the quality where these say nothing."""
-    lengths = {
-        bone: float(np.linalg.norm(positions[bone.ends[0]] - positions[bone.ends[1]]))
-        for bone in UPPER_BODY_CHAIN
-        if located[bone.ends[0]] and located[bone.ends[1]]
-    }
-    inner = {before.ends[1]: (before, after) for before, after in pairwise(UPPER_BODY_CHAIN)}
-    correct = {joint for joint, bones in inner.items() if any(_in_range(bone, lengths) for bone in bones)}
-    quality = {
-        joint: 1.0 if joint in correct else _incorrect_quality(bones, lengths, otherwise[joint])
-        for joint, bones in inner.items()
-    }
-    for wrist, elbow, forearm in _WRISTS:
-        if elbow in correct and _in_range(forearm, lengths):
-            quality[wrist] = 1.0
-        elif elbow in correct:
-            quality[wrist] = _incorrect_quality((forearm,), lengths, otherwise[wrist])
-    return quality
-
-
-def _in_range(bone: Bone, lengths: Mapping[Bone, float]) -> bool:
-    """Whether the bone has a plausible length; one that can't be measured has none."""
-    return bone in lengths and bone.shortest <= lengths[bone] <= bone.longest
-
-
-def _incorrect_quality(bones: Sequence[Bone], lengths: Mapping[Bone, float], otherwise: float) -> float:
-    """Quality of a joint none of whose bones has a plausible length."""
-    measured = [bone for bone in bones if bone in lengths]
-    if not measured:
-        return float(otherwise)
-    if any(lengths[bone] < bone.shortest for bone in measured):
-        return 0.0
-    excess = sum(lengths[bone] - bone.longest for bone in measured) / len(measured)
-    return float(1.0 - _implausibility(excess))
+def _chain_rule(positions: Float64Array, located: BoolArray, *, otherwise: Float64Array) -> Float64Array:
+    """(7,) by the lengths of the bones from wrist to wrist; `otherwise` (7,) is the quality where these say nothing."""
+    ends = np.where(located[:, None], positions, np.nan)
+    bones = ends[_ENDS] - ends[_STARTS]
+    # A bone that can't be measured has no length: NaN, with which no comparison is true.
+    lengths = np.sqrt((bones * bones).sum(axis=1))
+    measured, short = ~np.isnan(lengths)[_BONES_OF], (lengths < _SHORTEST)[_BONES_OF]
+    plausible = ((lengths >= _SHORTEST) & (lengths <= _LONGEST))[_BONES_OF]
+    excess = np.where(measured, (lengths - _LONGEST)[_BONES_OF], 0.0).sum(axis=1) / np.maximum(measured.sum(axis=1), 1)
+    correct = plausible.any(axis=1)
+    judged = np.where(correct, 1.0, np.where(short.any(axis=1), 0.0, 1.0 - _implausibility(excess)))
+    applies = measured.any(axis=1)
+    # A wrist is judged by its forearm only at a correct elbow.
+    applies[[0, -1]] &= correct[[1, -2]]
+    return np.where(applies, judged, otherwise)

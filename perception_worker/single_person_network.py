@@ -12,7 +12,7 @@ import numpy as np
 
 from perception_worker.decoding import find_peaks
 from perception_worker.engine import Engine, Shapes
-from perception_worker.network import NetworkOutput, require_finite, with_background
+from perception_worker.network import NetworkOutput, People, require_finite, with_background
 from perception_worker.pixels import as_image, fitted
 from protocol.arrays import Float32Array, Float64Array, UInt8Array
 from protocol.config import Pixels
@@ -115,7 +115,7 @@ class SinglePersonNetwork:
         """Run the network on an image (rows, columns, 3) of any size, RGB.
 
         Raises:
-            InvalidConfig: it gave heatmaps that are not finite.
+            InvalidOutput: it gave heatmaps that are empty or not finite.
         """
         picture, placement = fitted(rgb, self.input_size, STRIDE)
         outputs = self._engine.run(as_image(picture, self._kind.pixels))
@@ -129,11 +129,11 @@ class SinglePersonNetwork:
             joints[Joint.NECK] = neck_map(joints)
         return NetworkOutput(with_background(joints), np.zeros((0, *heatmaps.shape[1:]), np.float32))
 
-    def decode(self, output: NetworkOutput) -> Float64Array:
-        """(18, 2) column and row in cells, NaN for joints that were not detected."""
+    def decode(self, output: NetworkOutput) -> People:
+        """One person; whoever else is in the picture can't be told from them."""
         keypoints = highest_peaks(output.heatmaps, self._threshold)
         keypoints[Joint.NECK] = keypoints[list(_SHOULDERS)].mean(axis=0)
-        return keypoints
+        return People(keypoints, np.empty((0, JOINT_COUNT, 2)))
 
 
 def highest_peaks(heatmaps: Float32Array, threshold: float) -> Float64Array:

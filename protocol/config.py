@@ -97,6 +97,8 @@ class PerceptionConfig(_Section, frozen=True):
         calibration: what tells expected errors and radii: a file, `none`, or with `auto` the one that ships for
             this network and way of lifting, if there is one.
         peak_threshold: height that a peak in a heatmap must exceed; left out, it is the network's own.
+        mask: whether other people's peaks count against the mass of a joint's own: yes (`none`), or not where they
+            stand apart from it (`skeleton`); `auto` is the profile's.
         prefetch: requests in hand at once, so that one is rendered while another is inferred.
         frames: how frames come from render workers: as they are (`none`), packed without loss, or as a JPEG, which
             changes what is seen a little; `auto` is `lossless` from other machines and `none` within this one.
@@ -115,6 +117,7 @@ class PerceptionConfig(_Section, frozen=True):
     peak_threshold: Fraction | None = None
     lifting: Literal["auto", Lifting] = "auto"
     calibration: str = "auto"
+    mask: Literal["auto", "none", "skeleton"] = "auto"
     prefetch: Count = 2
     frames: FrameEncoding = "auto"
 
@@ -259,8 +262,8 @@ class RunConfig(_Section, frozen=True):
 
 
 _PERCEPTION: dict[Profile, dict[str, str]] = {
-    "thesis": {"lifting": "mean"},
-    "vantage": {"lifting": "nearest"},
+    "thesis": {"lifting": "mean", "mask": "none"},
+    "vantage": {"lifting": "nearest", "mask": "skeleton"},
 }
 
 

@@ -15,6 +15,7 @@ VantageError
 ├── NotPermitted          no key, or not the key for this role
 ├── InvalidConfig         a configuration names an unknown field or an impossible value
 ├── InvalidInput          a value handed to us is out of range (a NaN action, an image of the wrong shape)
+├── InvalidOutput         a network gave what can't be (NaN, an empty map)
 ├── ArtifactError         a file that set-up makes (bodies, networks) can't be used
 │   ├── ArtifactMissing
 │   └── ArtifactDamaged
@@ -85,6 +86,10 @@ class InvalidConfig(VantageError):
 
 class InvalidInput(VantageError):
     """A value handed to us is out of range, such as a NaN action or an image of the wrong shape."""
+
+
+class InvalidOutput(VantageError):
+    """A network gave what can't be, such as a heatmap with NaN: it, or how it is run, is broken."""
 
 
 class ArtifactError(VantageError):

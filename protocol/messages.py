@@ -4,15 +4,15 @@ A number is never used again for another message, and a field is only ever added
 """
 
 from enum import StrEnum
-from typing import Any
+from typing import Annotated, Any
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 
 from protocol.camera import Camera
 from protocol.frame import Encoding, Frame
 from protocol.message import Reply, Request
 from protocol.observation import FilterState, Lifting, Observation
-from protocol.scene import Scene, Split
+from protocol.scene import MOST_BYSTANDERS, Scene, Split
 
 PROTOCOL_VERSION = 1
 OLDEST_PROTOCOL_VERSION = 1
@@ -100,10 +100,14 @@ class Sampled(Reply, frozen=True, eq=False, kw_only=True):
 
 
 class SampleScene(Request[Sampled], frozen=True, eq=False, kw_only=True):
-    """Draw a scene; the same seed and split give the same scene on every worker."""
+    """Draw a scene; the same seed and split give the same scene on every worker.
+
+    With `bystanders`, the same scene has that many people more in it.
+    """
 
     seed: int
     split: Split
+    bystanders: Annotated[int, Meta(ge=0, le=MOST_BYSTANDERS)] = 0
 
 
 class Render(Request[Frame], frozen=True, eq=False, kw_only=True):

@@ -1,4 +1,4 @@
-"""A scene as plain values: a person, what they do and wear, and what is around them.
+"""A scene as plain values: people, what they do and wear, and what is around them.
 
 A scene travels with every request, so any render worker can draw it. The *body frame* has its origin on the ground
 between the feet, x to the person's front, y to their left, z up; a body of yaw 0 at the origin stands in the world
@@ -19,6 +19,9 @@ TEST_IDENTITIES = range(40, 60)
 TRAIN_POSES = range(6)
 TEST_POSES = range(8)
 """Poses 6 and 7 are never seen in training (seed, section 4.3.4)."""
+
+MOST_BYSTANDERS = 8
+"""So that a request can't ask for a crowd that no renderer has the memory for."""
 
 
 class Arm(Struct, frozen=True):
@@ -67,15 +70,34 @@ class Sun(Struct, frozen=True):
     strength: float = 1.0
 
 
-class Scene(Struct, frozen=True):
-    """Everything that a picture depends on beside the camera.
+class Figure(Struct, frozen=True):
+    """Somebody in a scene.
 
     Attributes:
         identity: number of the body, 0 to 59.
         appearance: seed of skin, hair and garments.
         position: of the body on the ground, world x and y in metres.
         yaw: radians from world x to the person's front, counter-clockwise seen from above.
+    """
+
+    identity: int
+    pose: BodyPose
+    appearance: int
+    position: tuple[float, float]
+    yaw: float
+
+    def __post_init__(self) -> None:
+        _require_possible(self)
+
+
+# Without bystanders a scene is encoded as it was before there were any: the noise of depth is seeded by the bytes.
+class Scene(Struct, frozen=True, omit_defaults=True):
+    """Everything that a picture depends on beside the camera.
+
+    Attributes:
+        identity, pose, appearance, position, yaw: of the person who is looked at, as a `Figure`'s.
         ground, background: names of images that the render worker knows.
+        bystanders: who else is there; a frame's truth is not theirs.
     """
 
     identity: int
@@ -86,14 +108,26 @@ class Scene(Struct, frozen=True):
     sun: Sun
     ground: str
     background: str
+    bystanders: tuple[Figure, ...] = ()
 
     def __post_init__(self) -> None:
-        if not (0 <= self.identity < 60 and 0 <= self.pose.kind < 8):
-            raise ValueError("identities are numbered 0 to 59, poses 0 to 7")
-        if not all(math.isfinite(value) for value in (*self.position, self.yaw)):
-            raise ValueError("a person's position and yaw must be finite")
+        if len(self.bystanders) > MOST_BYSTANDERS:
+            raise ValueError(f"{len(self.bystanders)} bystanders are a crowd; at most {MOST_BYSTANDERS} are drawn")
+        _require_possible(self)
+
+    @property
+    def person(self) -> Figure:
+        """Who is looked at."""
+        return Figure(self.identity, self.pose, self.appearance, self.position, self.yaw)
 
     @property
     def facing(self) -> tuple[float, float]:
         """Unit vector on the ground, in the world frame, that the person looks along."""
         return math.cos(self.yaw), math.sin(self.yaw)
+
+
+def _require_possible(somebody: Figure | Scene) -> None:
+    if not (0 <= somebody.identity < 60 and 0 <= somebody.pose.kind < 8):
+        raise ValueError("identities are numbered 0 to 59, poses 0 to 7")
+    if not all(math.isfinite(value) for value in (*somebody.position, somebody.yaw)):
+        raise ValueError("a person's position and yaw must be finite")

@@ -18,11 +18,11 @@ from protocol.camera import Camera, Intrinsics, world_to_camera
 from protocol.errors import Unavailable
 from protocol.frame import Frame
 from protocol.messages import Render
-from protocol.scene import Scene
+from protocol.scene import Figure, Scene
 from render_worker.arrays import IndexArray
 from render_worker.assets import Assets
 from render_worker.gl_finish import finish_function
-from render_worker.light import SHADOW_REACH, Light, light_of
+from render_worker.light import Light, light_of
 from render_worker.person import Person, dress
 from render_worker.placing import place_joints, place_person
 from render_worker.stereo_noise import measure_depth, noise_seed
@@ -47,14 +47,21 @@ _SURROUNDINGS_KEPT = 12
 _SIZES_KEPT = 4
 
 
-class _Staged(NamedTuple):
-    """A scene's own things on the GPU, and the true joints in the world frame."""
+class _Uploaded(NamedTuple):
+    """Somebody on the GPU; `casters` are their closed and open surfaces as the sun sees them."""
 
     closed: "VertexArray"
     open: "VertexArray"
+    casters: "tuple[VertexArray, VertexArray]"
+    textures: "TextureArray"
+
+
+class _Staged(NamedTuple):
+    """A scene's own things on the GPU, and the person's true joints in the world frame."""
+
+    people: tuple[_Uploaded, ...]
     patch: "VertexArray"
     bands: "VertexArray"
-    textures: "TextureArray"
     shadow: "Texture"
     light: Light
     joints: Float64Array
@@ -142,24 +149,33 @@ class OpenGlRenderer:
         )
 
     def _stage(self, scene: Scene) -> _Staged:
-        person, light = place_person(dress(self._assets, scene), scene), light_of(scene)
-        vertices = self._context.buffer(person.corners.tobytes())
-        indices = [self._context.buffer(triangles.tobytes()) for triangles in (person.closed, person.open)]
+        light, extent, hall = light_of(scene), self._grounds(scene.ground).extent, is_hall(scene.background)
+        person = dress(self._assets, scene.person)
+        bystanders = [self._upload(dress(self._assets, one), one) for one in scene.bystanders]
+        people = (self._upload(person, scene.person), *bystanders)
+        patch, triangles = ground_patch(light.centre, light.reach, extent)
+        return _Staged(
+            people=people,
+            patch=self._array(self._ground, patch, triangles, "3f 2f", "position", "uv"),
+            bands=self._shell_array(*ground_bands(light.centre, light.reach, extent, light.lit_shade, hall=hall)),
+            shadow=self._shadow(light, people),
+            light=light,
+            joints=place_joints(person.joints, scene.person),
+        )
+
+    def _upload(self, person: Person, figure: Figure) -> _Uploaded:
+        vertices = self._context.buffer(place_person(person, figure).corners.tobytes())
+        closed, opened = (self._context.buffer(triangles.tobytes()) for triangles in (person.closed, person.open))
         seen = (vertices, "3f 3f 3f 3f", "position", "normal", "uv", "cut")
         casting = (vertices, "3f 24x 3f", "position", "cut")
-        closed, opened = (self._context.vertex_array(self._person, [seen], index) for index in indices)
-        casters = [self._context.vertex_array(self._caster, [casting], index) for index in indices]
-        extent, hall = self._grounds(scene.ground).extent, is_hall(scene.background)
-        patch, triangles = ground_patch(scene.position, SHADOW_REACH, extent)
-        return _Staged(
-            closed=closed,
-            open=opened,
-            patch=self._array(self._ground, patch, triangles, "3f 2f", "position", "uv"),
-            bands=self._shell_array(*ground_bands(scene.position, SHADOW_REACH, extent, light.lit_shade, hall=hall)),
+        return _Uploaded(
+            closed=self._context.vertex_array(self._person, [seen], closed),
+            open=self._context.vertex_array(self._person, [seen], opened),
+            casters=(
+                self._context.vertex_array(self._caster, [casting], closed),
+                self._context.vertex_array(self._caster, [casting], opened),
+            ),
             textures=self._person_textures(person),
-            shadow=self._shadow(light, casters),
-            light=light,
-            joints=place_joints(person.joints, scene),
         )
 
     def _person_textures(self, person: Person) -> "TextureArray":
@@ -168,8 +184,8 @@ class OpenGlRenderer:
         _smooth(textures)
         return textures
 
-    def _shadow(self, light: Light, casters: "list[VertexArray]") -> "Texture":
-        """Depth of the person as seen from the sun."""
+    def _shadow(self, light: Light, people: tuple[_Uploaded, ...]) -> "Texture":
+        """Depth of the people as seen from the sun."""
         shadow = self._context.depth_texture((_SHADOW_SIZE, _SHADOW_SIZE))
         shadow.compare_func = "<="
         shadow.repeat_x = shadow.repeat_y = False
@@ -178,9 +194,10 @@ class OpenGlRenderer:
         self._context.enable_only(self._context.DEPTH_TEST)
         framebuffer.clear(depth=1.0)
         self._caster["light"].write(_uniform(light.view))
-        for caster, edges in zip(casters, (False, True), strict=True):
-            self._caster["edges"].value = edges
-            caster.render()
+        for one in people:
+            for caster, edges in zip(one.casters, (False, True), strict=True):
+                self._caster["edges"].value = edges
+                caster.render()
         return shadow
 
     def _array(self, program: Any, corners: Float32Array, triangles: IndexArray, *layout: str) -> "VertexArray":
@@ -217,7 +234,7 @@ class OpenGlRenderer:
         target.use()
         self._context.enable_only(self._context.DEPTH_TEST)
         target.clear(*staged.light.air, 1.0)
-        self._draw_person(staged, view)
+        self._draw_people(staged, view)
         self._draw_patch(staged, ground, view)
         self._shell["view_projection"].write(view)
         self._shell["air"].value = staged.light.air
@@ -230,9 +247,8 @@ class OpenGlRenderer:
         self._finish()
         return _read(target, camera.intrinsics)
 
-    def _draw_person(self, staged: _Staged, view: bytes) -> None:
+    def _draw_people(self, staged: _Staged, view: bytes) -> None:
         program, light = self._person, staged.light
-        staged.textures.use(0)
         staged.shadow.use(1)
         program["shadow"].value = 1
         program["view_projection"].write(view)
@@ -241,15 +257,17 @@ class OpenGlRenderer:
         program["sun"].value, program["sky"].value, program["bounce"].value = light.sun, light.sky, light.bounce
         # The picture is drawn upside down, so that outsides are clockwise.
         self._context.front_face = "cw"
-        self._context.enable(self._context.CULL_FACE)
-        program["edges"].value = False
-        staged.closed.render()
-        self._context.disable(self._context.CULL_FACE)
-        program["edges"].value = True
-        staged.open.render()
+        for one in staged.people:
+            one.textures.use(0)
+            self._context.enable(self._context.CULL_FACE)
+            program["edges"].value = False
+            one.closed.render()
+            self._context.disable(self._context.CULL_FACE)
+            program["edges"].value = True
+            one.open.render()
 
     def _draw_patch(self, staged: _Staged, ground: _Ground, view: bytes) -> None:
-        """The ground around the person; its texture stays in use for the ground beyond."""
+        """The ground around the people; its texture stays in use for the ground beyond."""
         ground.texture.use(0)
         staged.shadow.use(1)
         self._ground["shadow"].value = 1

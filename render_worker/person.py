@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.arrays import Float32Array, Float64Array, UInt8Array
-from protocol.scene import Scene
+from protocol.scene import Figure
 from protocol.skeleton import Joint
 from render_worker.arrays import IndexArray, RealArray
 from render_worker.assets import Assets
@@ -66,10 +66,10 @@ class Person(NamedTuple):
     joints: Float64Array
 
 
-def dress(assets: Assets, scene: Scene) -> Person:
-    """Pose and clothe the person of a scene, in the body frame."""
-    body = pose_body(assets, scene.identity, scene.pose)
-    outfit = sample_outfit(scene.appearance, feminine=is_feminine(assets, scene.identity))
+def dress(assets: Assets, figure: Figure) -> Person:
+    """Pose and clothe somebody in a scene, in the body frame."""
+    body = pose_body(assets, figure.identity, figure.pose)
+    outfit = sample_outfit(figure.appearance, feminine=is_feminine(assets, figure.identity))
     surfaces = [_skin(assets, body, outfit), *_eyes(assets, body), _lashes(assets, body)]
     textures = [skin_texture(outfit, assets.masks), eye_texture(outfit.eyes), plain_texture((34, 26, 24))]
     for garment in outfit.garments:

@@ -118,8 +118,12 @@ def draw(request: Render, renderer: Renderer) -> Frame:
 
 
 def answer_sample(request: SampleScene) -> Sampled:
-    """The scene of a seed and split."""
-    return Sampled(scene=sample_scene(request.seed, request.split))
+    """The scene of a seed and split.
+
+    Raises:
+        InvalidInput: as `sample_scene`.
+    """
+    return Sampled(scene=sample_scene(request.seed, request.split, request.bystanders))
 
 
 def _warm_up(renderer: Renderer) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from orchestrator.view import (
+    Look,
     Viewpoint,
     camera_at,
     parsed_size,
@@ -114,3 +115,9 @@ def test_a_written_picture_has_its_colours(tmp_path):
     read = cv2.imread(str(tmp_path / "deep" / "red.png"))
     assert tuple(read[4, 4]) == (0, 0, 200)
     assert [path.name for path in (tmp_path / "deep").iterdir()] == ["red.png"]
+
+
+@pytest.mark.parametrize("bystanders", [-1, 9])
+def test_a_crowd_is_not_looked_at(bystanders):
+    with pytest.raises(InvalidInput, match="0 to 8 bystanders"):
+        Look(seeds=(1,), bystanders=bystanders)

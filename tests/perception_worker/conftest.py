@@ -99,6 +99,18 @@ def nan_onnx(tmp_path_factory):
     )
 
 
+@pytest.fixture(scope="session")
+def damaged_onnx(tmp_path_factory):
+    """A pose network whose weights are not numbers."""
+    weights = {name: np.full((count, 3, 1, 1), np.nan, np.float32) for name, count in (("heatmaps", 19), ("pafs", 38))}
+    return write_network(
+        tmp_path_factory.mktemp("networks") / "damaged.onnx",
+        nodes=[helper.make_node("Conv", ["image", f"{name} weights"], [name]) for name in weights],
+        outputs={name: len(values) for name, values in weights.items()},
+        constants=[numpy_helper.from_array(values, f"{name} weights") for name, values in weights.items()],
+    )
+
+
 @pytest.fixture
 def movenet_of_other_outputs(tmp_path, monkeypatch):
     """A network with one output of three channels, taken for MoveNet's file."""

@@ -10,12 +10,33 @@ RIGHT = {"shoulder": 2, "elbow": 3, "wrist": 4}
 LEFT = {"shoulder": 5, "elbow": 6, "wrist": 7}
 
 
-def mass(heatmap, cell):
+def combined(heatmaps, cells, points, others=()):
+    """Mass, height, distance and their mean of each joint; all 0 where a cell is negative."""
+    rows = []
+    for joint, (cell, near) in enumerate(zip(cells, distance(points), strict=True)):
+        if min(cell) < 0:
+            rows.append((0.0, 0.0, 0.0, 0.0))
+            continue
+        share = mass(heatmaps[joint], cell, [other[joint] for other in others])
+        high = height(heatmaps[joint], cell)
+        rows.append((share, high, near, (share + high + near) / 3))
+    return [list(column) for column in zip(*rows, strict=True)]
+
+
+def mass(heatmap, cell, others=()):
     masked = _mask(heatmap)
     if masked[cell[0]][cell[1]] == 0:
         return 0.0
-    inside = sum(masked[row][column] for row, column in _flood(masked, cell))
-    return inside / sum(map(sum, masked))
+    own = _flood(masked, cell)
+    theirs = set()
+    for other in others:
+        if min(other) >= 0:
+            theirs |= _flood(masked, other) - own
+    inside = sum(masked[row][column] for row, column in own)
+    total = sum(
+        value for row, values in enumerate(masked) for column, value in enumerate(values) if (row, column) not in theirs
+    )
+    return inside / total
 
 
 def height(heatmap, cell):

@@ -12,7 +12,7 @@ from perception_worker.models import KNOWN, OPENPOSE_MOBILENET_THIN
 from perception_worker.onnxruntime_engine import OnnxRuntimeEngine
 from perception_worker.openvino_engine import OpenVinoEngine
 from protocol.config import PerceptionConfig
-from protocol.errors import ArtifactDamaged, ArtifactMissing, InvalidConfig
+from protocol.errors import ArtifactDamaged, ArtifactMissing, InvalidConfig, InvalidOutput
 from protocol.skeleton import Joint
 
 BOTH = pytest.mark.parametrize("backend", ["openvino", "onnxruntime"])
@@ -165,7 +165,7 @@ class TestNotFinite:
     @BOTH
     def test_heatmaps_are_an_error_and_no_pose(self, nan_onnx, image, backend):
         network = open_network(PerceptionConfig(network=str(nan_onnx), rows=64, columns=96, backend=backend))
-        with pytest.raises(InvalidConfig, match=re.escape("nan.onnx gave heatmaps that are not finite")):
+        with pytest.raises(InvalidOutput, match=re.escape("nan.onnx gave heatmaps that are not finite")):
             network.infer(image)
 
 
@@ -209,13 +209,13 @@ class TestOtherRealNetwork:
         network = open_network(PerceptionConfig(network=name))
         output = network.infer(astronaut)
         cells = output.heatmaps.shape[1]
-        pixels = (network.decode(output) + 0.5) * 384 / cells - 0.5
+        pixels = (network.decode(output).person + 0.5) * 384 / cells - 0.5
         found = pixels[[Joint.NOSE, Joint.RIGHT_EYE, Joint.LEFT_EYE]]
         assert found == pytest.approx(np.array([[169, 94], [154, 76], [187, 77]]), abs=6)
 
     def test_finds_nobody_in_a_black_picture(self, name):
         network = open_network(PerceptionConfig(network=name))
-        assert np.isnan(network.decode(network.infer(np.zeros((480, 640, 3), np.uint8)))).all()
+        assert np.isnan(network.decode(network.infer(np.zeros((480, 640, 3), np.uint8))).person).all()
 
 
 def seen_by_single(network, rgb):

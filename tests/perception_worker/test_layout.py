@@ -63,7 +63,7 @@ class TestTrtPose:
         arranged = find_layout(shapes(paf=42, cmap=18), "x").arranged(as_trt_pose(output))
         assert arranged.heatmaps == pytest.approx(output.heatmaps, abs=1e-6)
         assert arranged.pafs == pytest.approx(output.pafs)
-        assert decode(arranged, 0.1) == pytest.approx(STANDING, abs=1 / 6)
+        assert decode(arranged, 0.1).person == pytest.approx(STANDING, abs=1 / 6)
 
     def test_field_from_ankle_to_knee_is_turned_round_and_has_y_first(self):
         # The first link runs from the left ankle, 16 in human_pose.json, to the left knee, 14: here it points up.

@@ -7,7 +7,6 @@ from msgspec.structs import replace
 
 from perception_worker.backend import open_network
 from perception_worker.decoding import decode
-from perception_worker.network import NetworkOutput
 from perception_worker.perceive import Perceiver
 from perception_worker.pixels import stretched
 from protocol.config import PerceptionConfig
@@ -97,13 +96,6 @@ class TestNobody:
         after = perceive(DrawnNetwork(), frame(BLACK), filter_state=before).filter
         assert (after.mean == before.mean).all()
         assert after.variance == pytest.approx(before.variance + 0.01)
-
-    def test_is_seen_in_heatmaps_that_are_not_numbers(self, frame):
-        class Broken(DrawnNetwork):
-            def infer(self, rgb):
-                return NetworkOutput(np.full((19, 30, 40), np.nan, np.float32), np.zeros((38, 30, 40), np.float32))
-
-        assert np.isnan(perceive(Broken(), frame(BLACK)).keypoints).all()
 
 
 class TestWhatComesAlong:

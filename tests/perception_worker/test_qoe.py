@@ -90,6 +90,24 @@ class TestMass:
     def test_an_empty_heatmap_has_no_mass(self):
         assert mass_quality(np.zeros((3, 4)), (1, 1)) == 0.0
 
+    @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+    def test_a_heatmap_that_is_no_number_somewhere_is_refused(self, value):
+        heatmap = np.zeros((3, 4))
+        heatmap[1, 1], heatmap[2, 3] = 0.5, value
+        for quality in (mass_quality, height_quality):
+            with pytest.raises(InvalidInput, match="not finite"):
+                quality(heatmap, (1, 1))
+        with pytest.raises(InvalidInput, match="not finite"):
+            quality_of_estimation(np.stack([heatmap] * 19), np.full((18, 2), -1), np.full((18, 3), np.nan))
+
+    def test_both_infinities_do_not_cancel_each_other(self):
+        with pytest.raises(InvalidInput, match="not finite"):
+            mass_quality(np.array([[np.inf, -np.inf, 0.5]]), (0, 2))
+
+    def test_a_heatmap_without_cells_is_refused(self):
+        with pytest.raises(InvalidInput, match="shape"):
+            mass_quality(np.zeros((0, 4)), (0, 0))
+
     def test_a_cell_outside_of_the_heatmap_is_refused(self):
         with pytest.raises(InvalidInput, match="outside"):
             mass_quality(np.zeros((3, 4)), (3, 0))
@@ -258,6 +276,45 @@ class TestChainRule:
     def test_a_joint_with_no_measured_bone_falls_under_the_general_rule(self):
         points = only({Joint.RIGHT_ELBOW: (0, 0, 0), Joint.LEFT_HIP: (HALFWAY, 0, 0)})
         assert distance_quality(points)[Joint.RIGHT_ELBOW] == pytest.approx(0.5)
+
+
+BONES = ("right_forearm", "right_arm", "right_collar", "left_collar", "left_arm", "left_forearm")
+"""Of `body`, in the chain's order."""
+
+LONGEST = {bone: 0.45 if "collar" in bone else 0.60 for bone in BONES}
+
+
+@pytest.mark.parametrize("place", range(1, 6))
+class TestJointBetweenTwoBones:
+    """The rules of elbows, shoulders and neck, each at every one of them."""
+
+    def test_is_correct_by_either_bone_alone(self, place):
+        for one, other in ((BONES[place - 1], BONES[place]), (BONES[place], BONES[place - 1])):
+            for wrong in (0.1, LONGEST[one] + 3.0):
+                assert distance_quality(body(**{one: wrong, other: 0.3}))[CHAIN[place]] == 1.0
+
+    def test_is_wrong_with_both_bones_too_short(self, place):
+        assert distance_quality(body(**{BONES[place - 1]: 0.1, BONES[place]: 0.1}))[CHAIN[place]] == 0.0
+
+    def test_is_wrong_with_one_bone_too_short_and_the_other_too_long(self, place):
+        for short, long in ((BONES[place - 1], BONES[place]), (BONES[place], BONES[place - 1])):
+            assert distance_quality(body(**{short: 0.1, long: LONGEST[long] + 0.1}))[CHAIN[place]] == 0.0
+
+    def test_is_judged_by_the_mean_excess_of_two_long_bones(self, place):
+        # Excesses of 1.6 and 1.775 m: their mean is halfway.
+        one, other = BONES[place - 1], BONES[place]
+        quality = distance_quality(body(**{one: LONGEST[one] + 1.6, other: LONGEST[other] + 1.775}))
+        assert quality[CHAIN[place]] == pytest.approx(0.5)
+
+    def test_is_judged_by_one_bone_where_the_other_can_not_be_measured(self, place):
+        for bone, missing in ((BONES[place - 1], CHAIN[place + 1]), (BONES[place], CHAIN[place - 1])):
+            for length, quality in ((0.3, 1.0), (0.1, 0.0), (LONGEST[bone] + HALFWAY, 0.5)):
+                points = without(body(**{bone: length}), missing)
+                assert distance_quality(points)[CHAIN[place]] == pytest.approx(quality)
+
+    def test_falls_under_the_general_rule_where_neither_can_be_measured(self, place):
+        points = only({CHAIN[place]: (0, 0, 0), Joint.LEFT_ANKLE: (HALFWAY, 0, 0)})
+        assert distance_quality(points)[CHAIN[place]] == pytest.approx(0.5)
 
 
 class TestWrist:

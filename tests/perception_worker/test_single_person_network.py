@@ -9,7 +9,7 @@ from perception_worker.single_person_network import (
     SinglePersonNetwork,
     neck_map,
 )
-from protocol.errors import InvalidConfig
+from protocol.errors import InvalidConfig, InvalidOutput
 from protocol.skeleton import Joint
 
 PICTURE = np.zeros((480, 640, 3), np.uint8)
@@ -59,7 +59,9 @@ def movenet(peaks, kind=MOVENET_LIGHTNING):
 
 def seen(network, picture=SQUARE):
     output = network.infer(picture)
-    return output, network.decode(output)
+    people = network.decode(output)
+    assert len(people.others) == 0
+    return output, people.person
 
 
 class TestMoveNet:
@@ -192,10 +194,10 @@ class TestUnusable:
     def test_heatmaps_that_are_not_finite_are_an_error(self, value):
         network, engine = movenet({"nose": (20, 20, 0.8)})
         engine._outputs["heatmaps"][3, 20, 20] = value
-        with pytest.raises(InvalidConfig, match="drawn gave heatmaps that are not finite"):
+        with pytest.raises(InvalidOutput, match="drawn gave heatmaps that are not finite"):
             network.infer(SQUARE)
 
     def test_a_presence_that_is_no_number_is_an_error(self):
         engine = Gives(heatmaps=np.zeros((39, 64, 64), np.float32), presence=np.full((1, 1, 1), np.nan, np.float32))
-        with pytest.raises(InvalidConfig, match="not finite"):
+        with pytest.raises(InvalidOutput, match="not finite"):
             SinglePersonNetwork(engine, BLAZEPOSE, threshold=0.3, name="drawn").infer(SQUARE)

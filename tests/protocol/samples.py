@@ -31,7 +31,7 @@ from protocol.messages import (
     Workers,
 )
 from protocol.observation import FilterState, Observation, Reading
-from protocol.scene import Arm, BodyPose, Head, Leg, Scene, Sun
+from protocol.scene import Arm, BodyPose, Figure, Head, Leg, Scene, Sun
 
 CAMERA = Camera(
     CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0)), Intrinsics.from_horizontal_fov(8, 6, 70.0), depth_noise="d435i"
@@ -53,6 +53,15 @@ SCENE = Scene(
     sun=Sun(0.1, 0.8, strength=0.9),
     ground="grass",
     background="sky",
+    bystanders=(
+        Figure(
+            identity=4,
+            pose=BodyPose(kind=0, left_arm=Arm((0.0, 0.1, -0.9)), right_arm=Arm((0.0, -0.1, -0.9))),
+            appearance=8,
+            position=(1.5, 0.5),
+            yaw=-2.0,
+        ),
+    ),
 )
 
 RECORD = WorkerRecord(
@@ -146,7 +155,7 @@ def samples() -> tuple[Message, ...]:
         Failure(code="overloaded", message="64 requests are in hand already", retryable=True),
         Dismiss(incarnation="0123456789abcdef"),
         Dismissed(),
-        SampleScene(seed=2**40, split="test"),
+        SampleScene(seed=2**40, split="test", bystanders=2),
         Sampled(scene=SCENE),
         Render(scene=SCENE, camera=CAMERA, truth=True, encoding="lossless"),
         picture(),

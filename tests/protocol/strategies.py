@@ -36,7 +36,7 @@ from protocol.messages import (
     Workers,
 )
 from protocol.observation import FilterState, Lifting, Observation, Reading
-from protocol.scene import Arm, BodyPose, Head, Leg, Scene, Sun
+from protocol.scene import MOST_BYSTANDERS, Arm, BodyPose, Figure, Head, Leg, Scene, Sun
 
 finite = st.floats(allow_nan=False, allow_infinity=False, width=32)
 any_float = st.floats(width=32)
@@ -78,6 +78,14 @@ camera = st.builds(Camera, pose, intrinsics, st.sampled_from(["none", "d435i"]))
 arm = st.builds(Arm, vector, finite)
 leg = st.builds(Leg, finite, finite, finite)
 body_pose = st.builds(BodyPose, st.integers(0, 7), arm, arm, leg, leg, st.builds(Head, finite, finite))
+figure = st.builds(
+    Figure,
+    identity=st.integers(0, 59),
+    pose=body_pose,
+    appearance=whole,
+    position=st.tuples(finite, finite),
+    yaw=finite,
+)
 scene = st.builds(
     Scene,
     identity=st.integers(0, 59),
@@ -88,6 +96,7 @@ scene = st.builds(
     sun=st.builds(Sun, finite, finite, finite),
     ground=name,
     background=name,
+    bystanders=st.lists(figure, max_size=2).map(tuple),
 )
 filter_state = st.builds(
     FilterState, mean=floats64(18, 3), variance=floats64(18, 3), process_noise=floats64(18), seen=flags
@@ -181,7 +190,9 @@ MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
     Failure: st.builds(Failure, code=name, message=name, retryable=st.booleans()),
     Dismiss: st.builds(Dismiss, incarnation=name),
     Dismissed: st.builds(Dismissed),
-    SampleScene: st.builds(SampleScene, seed=whole, split=st.sampled_from(["train", "test"])),
+    SampleScene: st.builds(
+        SampleScene, seed=whole, split=st.sampled_from(["train", "test"]), bystanders=st.integers(0, MOST_BYSTANDERS)
+    ),
     Sampled: st.builds(Sampled, scene=scene),
     Render: st.builds(Render, scene=scene, camera=camera, truth=st.booleans(), encoding=st.sampled_from(ENCODINGS)),
     Frame: frames() | packed_frames,

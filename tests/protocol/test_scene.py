@@ -1,14 +1,18 @@
 import math
 
+import msgspec
 import pytest
+from msgspec.structs import replace
 
 from protocol.scene import (
+    MOST_BYSTANDERS,
     TEST_IDENTITIES,
     TEST_POSES,
     TRAIN_IDENTITIES,
     TRAIN_POSES,
     Arm,
     BodyPose,
+    Figure,
     Scene,
     Sun,
 )
@@ -41,3 +45,35 @@ def test_an_unknown_person_is_refused():
 def test_a_person_who_faces_nowhere_is_refused():
     with pytest.raises(ValueError, match="finite"):
         scene(yaw=math.nan)
+
+
+BYSTANDER = Figure(1, STANDING, 0, (1.0, 0.0), 0.0)
+
+
+def test_the_person_is_whom_the_scene_is_about_and_no_bystander():
+    assert replace(scene(identity=7, yaw=0.5), bystanders=(BYSTANDER,)).person == replace(
+        BYSTANDER, identity=7, position=(0.0, 0.0), yaw=0.5
+    )
+
+
+def test_bystanders_are_held_to_what_the_person_is():
+    with pytest.raises(ValueError, match="0 to 59"):
+        replace(BYSTANDER, identity=60)
+    with pytest.raises(ValueError, match="finite"):
+        replace(BYSTANDER, position=(math.inf, 0.0))
+
+
+def test_a_crowd_is_refused():
+    replace(scene(), bystanders=(BYSTANDER,) * MOST_BYSTANDERS)
+    with pytest.raises(ValueError, match="9 bystanders are a crowd"):
+        replace(scene(), bystanders=(BYSTANDER,) * (MOST_BYSTANDERS + 1))
+
+
+def test_a_scene_without_bystanders_is_encoded_as_it_was_before_there_were_any():
+    # The bytes seed the noise of depth, and an older worker's answer must stay the same.
+    assert "bystanders" not in msgspec.to_builtins(scene())
+    encoded = msgspec.msgpack.encode(scene())
+    assert msgspec.msgpack.decode(encoded, type=Scene) == scene()
+    assert msgspec.msgpack.encode(msgspec.msgpack.decode(encoded, type=Scene)) == encoded
+    crowded = replace(scene(), bystanders=(BYSTANDER,))
+    assert msgspec.msgpack.decode(msgspec.msgpack.encode(crowded), type=Scene) == crowded

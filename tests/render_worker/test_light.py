@@ -38,3 +38,26 @@ def test_the_ground_is_darker_in_the_shadow():
         light = light_of(sample_scene(seed, "test"))
         assert light.shadow_shade < 0.85 * light.lit_shade
         assert pytest.approx(1) == np.linalg.norm(light.towards_sun)
+
+
+def test_a_person_alone_is_the_middle_of_the_light():
+    scene = sample_scene(1, "test")
+    light = light_of(scene)
+    assert (light.centre, light.reach) == (scene.position, 3.2)
+    np.testing.assert_array_equal(light.view, light_view(light.towards_sun, (*scene.position, 0.95)))
+
+
+def test_the_suns_view_holds_every_bystander_and_their_shadows_have_ground_to_fall_on():
+    for seed in range(10):
+        scene = sample_scene(seed, "test", 3)
+        light = light_of(scene)
+        for x, y in (scene.position, *(one.position for one in scene.bystanders)):
+            assert math.dist((x, y), light.centre) + 3.2 <= light.reach + 1e-9
+            for height in (0.0, 1.9):
+                assert np.abs((light.view @ (x, y, height, 1))[:3]).max() < 1
+
+
+def test_a_bystander_out_of_sight_does_not_widen_the_ground_beyond_what_there_is():
+    scene = sample_scene(1, "test", 1)
+    far = msgspec.structs.replace(scene.bystanders[0], position=(500.0, 0.0))
+    assert light_of(msgspec.structs.replace(scene, bystanders=(far,))).reach < 9

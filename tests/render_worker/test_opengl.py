@@ -187,3 +187,51 @@ def test_threads_do_not_change_the_bytes(renderer, look_at):
     finally:
         two.close()
         os.environ["LP_NUM_THREADS"] = "0"
+
+
+def with_bystander(ahead, left):
+    """The scene with somebody more, some metres ahead of the person and to their left."""
+    (fx, fy), (x, y) = SCENE.facing, SCENE.position
+    somebody = msgspec.structs.replace(
+        SCENE.person, identity=45, appearance=9, position=(x + ahead * fx - left * fy, y + ahead * fy + left * fx)
+    )
+    return msgspec.structs.replace(SCENE, bystanders=(somebody,))
+
+
+def test_a_bystander_is_drawn_where_they_stand_and_the_truth_stays_the_persons(renderer, look_at):
+    scene = with_bystander(ahead=0.0, left=1.5)
+    camera = look_at(SCENE, 0, 4)
+    alone, both = (renderer.render(Render(scene=one, camera=camera, truth=True)) for one in (SCENE, scene))
+    np.testing.assert_array_equal(both.joints, alone.joints)
+    np.testing.assert_array_equal(both.visible, alone.visible)
+    # Seen from the front, the person's left is on the right. The chest of somebody 4 m away is before the ground there.
+    [[x, y, distance]] = project(np.array([[*scene.bystanders[0].position, 1.2]]), camera)
+    assert both.depth[round(y), round(x)] == pytest.approx(distance, abs=0.25)
+    changed = (np.abs(both.depth - alone.depth) > 0.05).any(axis=0).nonzero()[0]
+    assert changed.min() > 320
+    assert abs(changed.mean() - x) < 20
+
+
+def test_a_bystander_in_front_hides_the_persons_joints(renderer, look_at):
+    camera = look_at(SCENE, 0, 4)
+    trunk = [Joint.NECK, Joint.LEFT_HIP, Joint.RIGHT_HIP, Joint.LEFT_KNEE]
+    behind, before = (
+        renderer.render(Render(scene=with_bystander(ahead, 0.0), camera=camera, truth=True)) for ahead in (-1.5, 1.0)
+    )
+    assert behind.visible.all()
+    assert not before.visible[trunk].any()
+    alone = renderer.render(Render(scene=SCENE, camera=camera, truth=True))
+    np.testing.assert_array_equal(before.joints, alone.joints)
+
+
+def test_a_bystanders_shadow_falls_on_the_ground(renderer):
+    scene = msgspec.structs.replace(SCENE, position=(0.0, 0.0), sun=Sun(azimuth=0.0, elevation=0.8))
+    bystander = msgspec.structs.replace(scene.person, position=(0.0, 2.0))
+    both = msgspec.structs.replace(scene, bystanders=(bystander,))
+    camera = Camera(CameraPose((0.01, -4.0, 3.5), (0.0, 0.0, 0.3)), Intrinsics.from_horizontal_fov(320, 240, 70))
+    [[x, y, _]] = project(np.array([[-0.8, 2.0, 0.0]]), camera)
+    lit, shaded = (
+        renderer.render(Render(scene=one, camera=camera)).rgb[round(y), round(x)].astype(int).sum()
+        for one in (scene, both)
+    )
+    assert shaded < 0.8 * lit

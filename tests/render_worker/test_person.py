@@ -36,7 +36,7 @@ def test_trousers_leave_a_hand_alone_that_hangs_beside_them():
 
 @pytest.fixture(scope="module")
 def person(assets):
-    return dress(assets, sample_scene(3, "test"))
+    return dress(assets, sample_scene(3, "test").person)
 
 
 def test_a_person_is_one_mesh_of_sound_triangles(person):
@@ -59,7 +59,7 @@ def test_skin_under_cloth_is_left_out(assets, person):
 
 
 def test_a_scene_dresses_the_same_twice(assets, person):
-    again = dress(assets, sample_scene(3, "test"))
+    again = dress(assets, sample_scene(3, "test").person)
     np.testing.assert_array_equal(person.corners, again.corners)
     np.testing.assert_array_equal(person.textures, again.textures)
 

@@ -1,9 +1,13 @@
+import itertools
 import math
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
-from render_worker.scenes import FARTHEST_FROM_ORIGIN, sample_scene
+from protocol.errors import InvalidInput
+from render_worker.scenes import FARTHEST_BYSTANDER, FARTHEST_FROM_ORIGIN, NEAREST_BYSTANDER, sample_scene
 from render_worker.surroundings import BACKGROUNDS, GROUNDS, is_hall
 
 seeds = st.integers(-(2**63), 2**63 - 1)
@@ -57,3 +61,39 @@ def test_a_seed_keeps_its_scene_for_ever():
     # Runs and results name scenes by seed: this one changes only with a new version of the scenes.
     scene = sample_scene(7, "test")
     assert (scene.identity, scene.pose.kind, scene.ground, scene.background) == (54, 6, "carpet", "hall-brick")
+
+
+@given(seeds, st.sampled_from(["train", "test"]), st.integers(0, 8))
+def test_bystanders_change_nothing_else_in_a_scene(seed, split, count):
+    crowded = sample_scene(seed, split, count)
+    assert len(crowded.bystanders) == count
+    assert replace(crowded, bystanders=()) == sample_scene(seed, split)
+    assert crowded == sample_scene(seed, split, count)
+
+
+@given(seeds)
+def test_more_bystanders_are_the_same_ones_and_others(seed):
+    assert sample_scene(seed, "test", 3).bystanders[:2] == sample_scene(seed, "test", 2).bystanders
+
+
+@given(seeds, st.integers(1, 8))
+def test_bystanders_stand_near_the_person_and_in_nobody(seed, count):
+    scene = sample_scene(seed, "test", count)
+    assert all(math.dist(one.position, scene.position) <= FARTHEST_BYSTANDER for one in scene.bystanders)
+    people = (scene.person, *scene.bystanders)
+    pairs = itertools.combinations(people, 2)
+    assert all(math.dist(one.position, other.position) >= NEAREST_BYSTANDER - 1e-9 for one, other in pairs)
+
+
+@given(seeds, st.integers(1, 8))
+def test_bystanders_are_of_the_split_and_all_different_people(seed, count):
+    for split, identities, poses in (("train", range(40), range(6)), ("test", range(40, 60), range(8))):
+        scene = sample_scene(seed, split, count)
+        assert all(one.identity in identities and one.pose.kind in poses for one in scene.bystanders)
+        assert len({one.identity for one in (scene.person, *scene.bystanders)}) == count + 1
+
+
+@pytest.mark.parametrize("count", [-1, 9])
+def test_less_than_nobody_and_a_crowd_are_refused(count):
+    with pytest.raises(InvalidInput, match="0 to 8 bystanders"):
+        sample_scene(0, "test", count)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from protocol.camera import Camera, CameraPose, Intrinsics
+from protocol.scene import Arm, BodyPose, Scene, Sun
 from render_worker.scenes import sample_scene
 from render_worker.stereo_noise import BASELINE, FARTHEST, FOCAL, SUBPIXEL_ERROR, depth_error, measure_depth, noise_seed
 
@@ -65,6 +66,13 @@ def test_disparities_come_in_steps():
     steps = FOCAL * BASELINE / measured[measured > 0] * 32
     np.testing.assert_allclose(steps, np.round(steps), atol=1e-3)
     assert SUBPIXEL_ERROR > 1 / 32
+
+
+def test_a_scene_of_one_person_has_the_noise_that_it_had_before_scenes_had_bystanders():
+    arm = Arm((0.0, 0.25, -0.75))
+    scene = Scene(41, BodyPose(0, arm, arm), 7, (0.5, -0.25), 0.75, Sun(0.125, 0.5), "grass", "hall-brick")
+    camera = Camera(CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0)), Intrinsics(64, 48, 50.0, 50.0, 31.5, 23.5))
+    assert noise_seed(scene, camera) == 7816520231149173549
 
 
 def test_the_seed_is_the_requests():

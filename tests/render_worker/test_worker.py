@@ -40,6 +40,8 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
 
 def test_a_scene_is_sampled_as_asked():
     assert answer_sample(SampleScene(seed=5, split="train")).scene == sample_scene(5, "train")
+    asked = SampleScene(seed=5, split="train", bystanders=2)
+    assert answer_sample(asked).scene == sample_scene(5, "train", 2)
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
