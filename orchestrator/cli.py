@@ -335,7 +335,7 @@ def view_scenes(
     distance: Annotated[float, typer.Option(help="Metres from the person, along the ground.")] = 3.0,
     angle: Annotated[float, typer.Option(help="Degrees from the person's front; 90 is at their left.")] = 0.0,
     altitude: Annotated[float, typer.Option(help="Metres above the ground.")] = 1.6,
-    bystanders: Annotated[int, typer.Option(help="How many more people are there.")] = 0,
+    bystanders: Annotated[int, typer.Option(help="How many more people are there, 0 to 8.")] = 0,
     size: Annotated[str | None, typer.Option(help="Of the camera's picture.", show_default="640x480")] = None,
     config: Annotated[Path | None, typer.Option(help="A configuration for the workers and the camera.")] = None,
     output: Annotated[

@@ -158,7 +158,8 @@ def scene_page(
     frame = renderer.call(Render(scene=scene, camera=camera_at(viewpoint, scene, environment), truth=True))
     filter_state = FilterState.initial((*scene.position, environment.target_height))
     observation = perceiver.call(Perceive(frame=frame, filter=filter_state, heatmaps=True))
-    others = f", {len(scene.bystanders)} more people" if scene.bystanders else ""
+    count = len(scene.bystanders)
+    others = f", {count} bystander{'s' if count > 1 else ''}" if count else ""
     subtitle = (
         f"identity {scene.identity}, pose {scene.pose.kind}{others}; the camera {viewpoint.distance:g} m away, "
         f"{viewpoint.angle:g}° from the front, {viewpoint.altitude:g} m high"

@@ -194,7 +194,7 @@ def distance_quality(points: ArrayLike) -> Float64Array:
     located = np.all(np.isfinite(positions), axis=1)
     quality = _general_rule(positions, located)
     quality[_CHAIN] = _chain_rule(positions, located, otherwise=quality[_CHAIN])
-    return np.where(located, quality, 0.0)
+    return quality
 
 
 def _masked(heatmaps: AnyArray) -> Float64Array:
@@ -266,7 +266,7 @@ def _implausibility(distance: Float64Array) -> Float64Array:
 
 
 def _general_rule(positions: Float64Array, located: BoolArray) -> Float64Array:
-    """By the distance to the mean of the other located joints; 0 where there is none."""
+    """By the distance to the mean of the other located joints; 0 where there is none, and for joints not located."""
     others = located & ~np.eye(JOINT_COUNT, dtype=bool)
     count = others.sum(axis=1)
     known = np.where(located[:, None], positions, 0.0)

@@ -173,6 +173,7 @@ def _capabilities(config: PerceptionConfig) -> dict[str, str]:
         "precision": config.precision,
         "crop": config.crop,
         "lifting": config.lifting,
+        "mask": config.mask,
         # What a client may ask to be read along.
         "liftings": " ".join(LIFTINGS),
         # What a client may send in `Perceive`: an older worker does not know packed frames.

@@ -231,6 +231,7 @@ def test_a_run_that_is_not_there_is_said_to_be_so(invoke, arguments, said):
     "arguments",
     [
         ("view", "1", "--size", "big"),
+        ("view", "1", "--bystanders", "9"),
         ("view", "1", "2", "--output", "a.png"),
         ("host", "--key", "hub.key", "--insecure"),
         ("host", "--allowed", "allowed.json"),

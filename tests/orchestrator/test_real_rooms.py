@@ -93,6 +93,11 @@ def test_a_page_of_a_real_scene_has_people_and_colours(orchestrator):
     page = cv2.imread(str(orchestrator.folder / "scene-2.png"))
     assert page.shape[0] > 1000
     assert page.std() > 40
+    crowd = ("--bystanders", "2", "--output", "crowd.png")
+    done = orchestrator.run("view", "2", "--size", "320x240", *crowd, rooms=None, patience=PATIENCE)
+    assert done.returncode == 0, done.stderr
+    crowded = cv2.imread(str(orchestrator.folder / "crowd.png"))
+    assert (crowded != page).any(axis=2).mean() > 0.01
 
 
 def test_a_machine_that_passes_these_tests_is_healthy(orchestrator):

@@ -210,7 +210,8 @@ class TestGeneralRule:
         assert distance_quality(points)[Joint.RIGHT_HIP] == pytest.approx(0.5)
 
     def test_a_joint_alone_has_no_quality(self):
-        assert not distance_quality(only({Joint.NOSE: (1, 2, 3)})).any()
+        for place in ((1, 2, 3), (0, 0, 0)):
+            assert not distance_quality(only({Joint.NOSE: place})).any()
 
     def test_nobody_has_no_quality(self):
         assert not distance_quality(np.full((18, 3), np.nan)).any()
