@@ -22,6 +22,8 @@ experiment_app = typer.Typer(
     help="How far poses and their quality can be trusted, measured on many views.", no_args_is_help=True
 )
 
+WorkersOption = Annotated[int | None, typer.Option(min=1, help="Perception workers.", show_default="one for each core")]
+
 
 @experiment_app.command(
     "qoe",
@@ -40,9 +42,7 @@ def qoe(
     noise: Annotated[
         Literal["both", "none", "d435i"], typer.Option(help="Of the depth; with both, each view is taken twice.")
     ] = "both",
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Perception workers.", show_default="one for each core")
-    ] = None,
+    workers: WorkersOption = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where it goes.", show_default="runs/experiments/qoe-SPLIT-SEED")
     ] = None,
@@ -71,6 +71,38 @@ def qoe(
                 versions = collect_versions(PROCESS_ENVIRONMENT)
                 parts.join(experiment.provenance(settings, views, versions, crew.capabilities()))
     _print_results(directory, json)
+
+
+@experiment_app.command("flights", epilog=examples("orchestrator experiment flights runs/experiments/qoe-test-0"))
+def flights(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="An experiment's directory.", show_default=False)],
+    scenes: Annotated[int, typer.Option(min=1, help="Each is flown around and approached, with each noise.")] = 20,
+    steps: Annotated[int, typer.Option(min=2, help="Pictures of each flight.")] = 40,
+    workers: WorkersOption = None,
+    json: JsonOption = False,
+) -> None:
+    """Fly about the people of an experiment with the Kalman filter, and tell what its posterior is worth.
+
+    Configuration, seed, people and noise are the experiment's. Stopped or killed, the same command goes on.
+    """
+    _require_libraries()
+    from orchestrator.experiments import flights as flying
+    from orchestrator.experiments import qoe as experiment
+    from orchestrator.experiments.directory import ExperimentDirectory
+    from orchestrator.experiments.workers import experiment_workers, with_workers
+
+    found = ExperimentDirectory.open(directory)
+    views, settings = found.views(), with_workers(found.config(), workers or os.cpu_count() or 1)
+    flight_set = flying.FlightSet(scenes=scenes, steps=steps, depth_noises=views.depth_noises)
+    found.require_same(found.flight_set_path, flight_set)
+    parts = flying.flight_parts(found, flight_set)
+    with found.lock(), at_work() as (display, stop):
+        if not parts.is_whole:
+            with experiment_workers(settings, display=display, stop=stop) as crew:
+                flying.fly(parts, flight_set, views, settings, crew)
+                versions = collect_versions(PROCESS_ENVIRONMENT)
+                parts.join(experiment.provenance(settings, views, versions, crew.capabilities()))
+    _print_results(found, json)
 
 
 @experiment_app.command("figures", epilog=examples("orchestrator experiment figures runs/experiments/qoe-test-0"))

@@ -4,6 +4,8 @@ from collections.abc import Iterator, Sequence
 
 from orchestrator.experiments.columns import LIFTINGS
 from orchestrator.experiments.figures import Coverage, JointError, QoeFigures, Score
+from orchestrator.experiments.flight_figures import FlightFigures
+from orchestrator.experiments.flight_page import flight_sections
 from orchestrator.experiments.markdown import number, table, with_interval
 from orchestrator.experiments.sample import BANDS
 from orchestrator.experiments.targets import Target
@@ -27,9 +29,9 @@ _CALIBRATED = """\
 """
 
 
-def page(figures: QoeFigures, targets: Sequence[Target]) -> str:
+def page(figures: QoeFigures, targets: Sequence[Target], flights: FlightFigures | None = None) -> str:
     """All of it."""
-    return "\n".join(_sections(figures, targets))
+    return "\n".join((*_sections(figures, targets), *(flight_sections(flights) if flights is not None else ())))
 
 
 def _sections(figures: QoeFigures, targets: Sequence[Target]) -> Iterator[str]:

@@ -8,8 +8,10 @@ from msgspec import Struct
 from orchestrator.experiments.bootstrap import people_of
 from orchestrator.experiments.directory import ExperimentDirectory
 from orchestrator.experiments.figures import QoeFigures, coverages, errors, scores
+from orchestrator.experiments.flight_figures import FlightFigures, flight_figures
+from orchestrator.experiments.flight_plot import flights_plot
 from orchestrator.experiments.page import page
-from orchestrator.experiments.plots import write_plots
+from orchestrator.experiments.plots import write, write_plots
 from orchestrator.experiments.sample import Sample, samples_of
 from orchestrator.experiments.targets import Target, targets
 from protocol.artifact import whole_file
@@ -21,6 +23,7 @@ class Results(Struct, frozen=True, kw_only=True):
 
     qoe: QoeFigures
     targets: tuple[Target, ...]
+    flights: FlightFigures | None = None
 
 
 def work_out(directory: ExperimentDirectory) -> Results:
@@ -34,12 +37,16 @@ def work_out(directory: ExperimentDirectory) -> Results:
     table = pq.read_table(directory.table_path)
     samples = samples_of(table)
     qoe = _qoe_figures(directory, table, samples)
-    results = Results(qoe=qoe, targets=tuple(targets(qoe)))
+    flown = pq.read_table(directory.flights_path) if directory.flights_path.is_file() else None
+    flights = flight_figures(flown) if flown is not None else None
+    results = Results(qoe=qoe, targets=tuple(targets(qoe)), flights=flights)
     with whole_file(directory.figures_path) as aside:
         aside.write_bytes(msgspec.json.format(msgspec.json.encode(results), indent=2) + b"\n")
     with whole_file(directory.page_path) as aside:
-        aside.write_text(page(qoe, results.targets), encoding="utf-8")
+        aside.write_text(page(qoe, results.targets, flights), encoding="utf-8")
     write_plots(directory.plots, samples, qoe)
+    if flown is not None:
+        write(directory.plots / "flights.png", flights_plot(flown))
     return results
 
 
