@@ -105,22 +105,34 @@ def flights(
     _print_results(found, json)
 
 
-@experiment_app.command("figures", epilog=examples("orchestrator experiment figures runs/experiments/qoe-test-0"))
+@experiment_app.command(
+    "figures",
+    epilog=examples(
+        "orchestrator experiment figures runs/experiments/qoe-test-0",
+        "orchestrator experiment figures runs/experiments/qoe-test-0 --page docs/results-qoe.md",
+    ),
+)
 def figures(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="An experiment's directory.", show_default=False)],
+    page: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the page there too, and its plots into images/ beside it."),
+    ] = None,
     json: JsonOption = False,
 ) -> None:
     """Work out an experiment's figures, page and plots anew from its tables."""
     _require_libraries()
     from orchestrator.experiments.directory import ExperimentDirectory
 
-    _print_results(ExperimentDirectory.open(directory), json)
+    _print_results(ExperimentDirectory.open(directory), json, page)
 
 
-def _print_results(directory: "ExperimentDirectory", json: bool) -> None:
-    from orchestrator.experiments.results import work_out
+def _print_results(directory: "ExperimentDirectory", json: bool, page: Path | None = None) -> None:
+    from orchestrator.experiments.results import publish, work_out
 
     results = work_out(directory)
+    if page is not None:
+        publish(directory, results, page)
     if json:
         print_json(results)
         return

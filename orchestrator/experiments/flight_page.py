@@ -15,7 +15,7 @@ are compared on the joints located in the frame, but the last, which is on every
 
 def flight_sections(figures: FlightFigures) -> Iterator[str]:
     """All of them."""
-    yield "### The filter's posterior along flights\n"
+    yield "## The filter's posterior along flights\n"
     yield _INTRODUCTION.format(flights=figures.flights, steps=figures.steps, lifting=figures.lifting)
     yield _scores(figures)
     yield "Mean error, m, each joint's clipped at 1 m:\n"

@@ -1,5 +1,7 @@
 """From an experiment's tables to figures, a page and plots on disk."""
 
+from pathlib import Path
+
 import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -16,6 +18,8 @@ from orchestrator.experiments.sample import Sample, samples_of
 from orchestrator.experiments.targets import Target, targets
 from protocol.artifact import whole_file
 from protocol.errors import InvalidInput
+
+TITLE = "How far a pose and its quality can be trusted"
 
 
 class Results(Struct, frozen=True, kw_only=True):
@@ -48,6 +52,17 @@ def work_out(directory: ExperimentDirectory) -> Results:
     if flown is not None:
         write(directory.plots / "flights.png", flights_plot(flown))
     return results
+
+
+def publish(directory: ExperimentDirectory, results: Results, path: Path) -> None:
+    """Write the page to `path` as well, and its plots into `images/` beside it, their names begun with the page's."""
+    images = path.parent / "images"
+    for plot in sorted(directory.plots.glob("*.png")):
+        with whole_file(images / f"{path.stem}-{plot.name}") as aside:
+            aside.write_bytes(plot.read_bytes())
+    text = page(results.qoe, results.targets, results.flights, plots=f"images/{path.stem}-")
+    with whole_file(path) as aside:
+        aside.write_text(f"# {TITLE}\n{text}", encoding="utf-8")
 
 
 def _qoe_figures(directory: ExperimentDirectory, table: pa.Table, samples: dict[str, Sample]) -> QoeFigures:
