@@ -16,7 +16,7 @@ calibration_app = typer.Typer(
 
 
 @calibration_app.command(
-    "fit", epilog=examples("orchestrator calibration fit runs/experiments/train/table.parquet mine.msgpack")
+    "fit", epilog=examples("orchestrator calibration fit runs/experiments/train/qoe.parquet mine.msgpack")
 )
 def fit(
     table: Annotated[Path, typer.Argument(metavar="TABLE", help="Of 'orchestrator experiment qoe --split train'.")],

@@ -22,6 +22,8 @@ experiment_app = typer.Typer(
     help="How far poses and their quality can be trusted, measured on many views.", no_args_is_help=True
 )
 
+WorkersOption = Annotated[int | None, typer.Option(min=1, help="Perception workers.", show_default="one for each core")]
+
 
 @experiment_app.command(
     "qoe",
@@ -40,9 +42,7 @@ def qoe(
     noise: Annotated[
         Literal["both", "none", "d435i"], typer.Option(help="Of the depth; with both, each view is taken twice.")
     ] = "both",
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Perception workers.", show_default="one for each core")
-    ] = None,
+    workers: WorkersOption = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where it goes.", show_default="runs/experiments/qoe-SPLIT-SEED")
     ] = None,
@@ -73,22 +73,66 @@ def qoe(
     _print_results(directory, json)
 
 
-@experiment_app.command("figures", epilog=examples("orchestrator experiment figures runs/experiments/qoe-test-0"))
+@experiment_app.command("flights", epilog=examples("orchestrator experiment flights runs/experiments/qoe-test-0"))
+def flights(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="An experiment's directory.", show_default=False)],
+    scenes: Annotated[int, typer.Option(min=1, help="Each is flown around and approached, with each noise.")] = 20,
+    steps: Annotated[int, typer.Option(min=2, help="Pictures of each flight.")] = 40,
+    workers: WorkersOption = None,
+    json: JsonOption = False,
+) -> None:
+    """Fly about the people of an experiment with the Kalman filter, and tell what its posterior is worth.
+
+    Configuration, seed, people and noise are the experiment's. Stopped or killed, the same command goes on.
+    """
+    _require_libraries()
+    from orchestrator.experiments import flights as flying
+    from orchestrator.experiments import qoe as experiment
+    from orchestrator.experiments.directory import ExperimentDirectory
+    from orchestrator.experiments.workers import experiment_workers, with_workers
+
+    found = ExperimentDirectory.open(directory)
+    views, settings = found.views(), with_workers(found.config(), workers or os.cpu_count() or 1)
+    flight_set = flying.FlightSet(scenes=scenes, steps=steps, depth_noises=views.depth_noises)
+    found.require_same(found.flight_set_path, flight_set)
+    parts = flying.flight_parts(found, flight_set)
+    with found.lock(), at_work() as (display, stop):
+        if not parts.is_whole:
+            with experiment_workers(settings, display=display, stop=stop) as crew:
+                flying.fly(parts, flight_set, views, settings, crew)
+                versions = collect_versions(PROCESS_ENVIRONMENT)
+                parts.join(experiment.provenance(settings, views, versions, crew.capabilities()))
+    _print_results(found, json)
+
+
+@experiment_app.command(
+    "figures",
+    epilog=examples(
+        "orchestrator experiment figures runs/experiments/qoe-test-0",
+        "orchestrator experiment figures runs/experiments/qoe-test-0 --page docs/results-qoe.md",
+    ),
+)
 def figures(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="An experiment's directory.", show_default=False)],
+    page: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the page there too, and its plots into images/ beside it."),
+    ] = None,
     json: JsonOption = False,
 ) -> None:
     """Work out an experiment's figures, page and plots anew from its tables."""
     _require_libraries()
     from orchestrator.experiments.directory import ExperimentDirectory
 
-    _print_results(ExperimentDirectory.open(directory), json)
+    _print_results(ExperimentDirectory.open(directory), json, page)
 
 
-def _print_results(directory: "ExperimentDirectory", json: bool) -> None:
-    from orchestrator.experiments.results import work_out
+def _print_results(directory: "ExperimentDirectory", json: bool, page: Path | None = None) -> None:
+    from orchestrator.experiments.results import publish, work_out
 
     results = work_out(directory)
+    if page is not None:
+        publish(directory, results, page)
     if json:
         print_json(results)
         return

@@ -76,6 +76,11 @@ class ExperimentDirectory(Struct, frozen=True):
         return self.path / "flights.parquet"
 
     @property
+    def flight_set_path(self) -> Path:
+        """Which flights were flown for it."""
+        return self.path / "flights.json"
+
+    @property
     def figures_path(self) -> Path:
         """What the tables come to, for programs."""
         return self.path / "figures.json"
@@ -108,6 +113,19 @@ class ExperimentDirectory(Struct, frozen=True):
             return msgspec.json.decode(self.views_path.read_bytes(), type=ViewSet)
         except (OSError, msgspec.MsgspecError) as error:
             raise InvalidInput(f"{self.views_path} can't be read: {error}") from error
+
+    def require_same(self, path: Path, told: Struct) -> None:
+        """Note what something was made by, where that is not noted yet.
+
+        Raises:
+            InvalidInput: it was made by something else.
+        """
+        written = msgspec.json.format(msgspec.json.encode(told), indent=2) + b"\n"
+        if not path.is_file():
+            with whole_file(path) as aside:
+                aside.write_bytes(written)
+        elif (before := path.read_bytes()) != written:
+            raise InvalidInput(f"{path} says {before.decode().strip()}, and not {written.decode().strip()}")
 
     @contextmanager
     def lock(self) -> Generator[None]:

@@ -4,6 +4,8 @@ from collections.abc import Iterator, Sequence
 
 from orchestrator.experiments.columns import LIFTINGS
 from orchestrator.experiments.figures import Coverage, JointError, QoeFigures, Score
+from orchestrator.experiments.flight_figures import FlightFigures
+from orchestrator.experiments.flight_page import flight_sections
 from orchestrator.experiments.markdown import number, table, with_interval
 from orchestrator.experiments.sample import BANDS
 from orchestrator.experiments.targets import Target
@@ -27,29 +29,57 @@ _CALIBRATED = """\
 """
 
 
-def page(figures: QoeFigures, targets: Sequence[Target]) -> str:
-    """All of it."""
-    return "\n".join(_sections(figures, targets))
+PLOTS = {
+    "scatter": "Each frame's uncertainty against its error, with the line that fits best",
+    "reliability": "Joints in ten groups of rising uncertainty: their true error, and the coverage of the radius",
+    "rho": "Correlation over frames by distance and azimuth",
+    "joint-errors": "Mean error of each joint by each lifting",
+    "flights": "The filter's posterior and the errors along flights",
+}
+"""What each plot shows."""
 
 
-def _sections(figures: QoeFigures, targets: Sequence[Target]) -> Iterator[str]:
+def page(
+    figures: QoeFigures, targets: Sequence[Target], flights: FlightFigures | None = None, plots: str = "plots/"
+) -> str:
+    """All of it.
+
+    Args:
+        plots: what comes before a plot's name, to link to it.
+    """
+    return "\n".join(_sections(figures, targets, flights, plots))
+
+
+def _sections(
+    figures: QoeFigures, targets: Sequence[Target], flights: FlightFigures | None, plots: str
+) -> Iterator[str]:
+    def plot(name: str) -> str:
+        return f"![{PLOTS[name]}]({plots}{name}.png)\n"
+
     noises = list(dict.fromkeys(one.noise for one in figures.scores))
     yield _introduction(figures, noises)
     yield _targets(targets)
+    yield plot("scatter")
+    yield plot("rho")
+    yield plot("reliability")
     for noise in noises:
         own = [one for one in figures.scores if one.noise == noise]
-        yield f"### {_title(noise)}\n"
+        yield f"## {_title(noise)}\n"
         yield _overall([one for one in own if one.band == "all"])
         yield "By distance:\n"
         yield _by_band(own)
     if figures.coverage:
-        yield "### The radius\n"
+        yield "## The radius\n"
         yield _coverage(figures.coverage, noises)
-    yield "### Error by joint and lifting\n"
+    yield "## Error by joint and lifting\n"
+    yield plot("joint-errors")
     for noise in noises:
         yield f"{_title(noise)}. Metres; *far off*: share of errors above 0.3 m.\n"
         yield _lifting_totals([one for one in figures.errors if (one.noise, one.joint) == (noise, "all")])
         yield _joint_errors([one for one in figures.errors if one.noise == noise])
+    if flights is not None:
+        yield from flight_sections(flights)
+        yield plot("flights")
 
 
 def _introduction(figures: QoeFigures, noises: Sequence[str]) -> str:

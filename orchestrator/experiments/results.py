@@ -1,5 +1,7 @@
 """From an experiment's tables to figures, a page and plots on disk."""
 
+from pathlib import Path
+
 import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -8,12 +10,16 @@ from msgspec import Struct
 from orchestrator.experiments.bootstrap import people_of
 from orchestrator.experiments.directory import ExperimentDirectory
 from orchestrator.experiments.figures import QoeFigures, coverages, errors, scores
+from orchestrator.experiments.flight_figures import FlightFigures, flight_figures
+from orchestrator.experiments.flight_plot import flights_plot
 from orchestrator.experiments.page import page
-from orchestrator.experiments.plots import write_plots
+from orchestrator.experiments.plots import write, write_plots
 from orchestrator.experiments.sample import Sample, samples_of
 from orchestrator.experiments.targets import Target, targets
 from protocol.artifact import whole_file
 from protocol.errors import InvalidInput
+
+TITLE = "How far a pose and its quality can be trusted"
 
 
 class Results(Struct, frozen=True, kw_only=True):
@@ -21,6 +27,7 @@ class Results(Struct, frozen=True, kw_only=True):
 
     qoe: QoeFigures
     targets: tuple[Target, ...]
+    flights: FlightFigures | None = None
 
 
 def work_out(directory: ExperimentDirectory) -> Results:
@@ -34,13 +41,28 @@ def work_out(directory: ExperimentDirectory) -> Results:
     table = pq.read_table(directory.table_path)
     samples = samples_of(table)
     qoe = _qoe_figures(directory, table, samples)
-    results = Results(qoe=qoe, targets=tuple(targets(qoe)))
+    flown = pq.read_table(directory.flights_path) if directory.flights_path.is_file() else None
+    flights = flight_figures(flown) if flown is not None else None
+    results = Results(qoe=qoe, targets=tuple(targets(qoe)), flights=flights)
     with whole_file(directory.figures_path) as aside:
         aside.write_bytes(msgspec.json.format(msgspec.json.encode(results), indent=2) + b"\n")
     with whole_file(directory.page_path) as aside:
-        aside.write_text(page(qoe, results.targets), encoding="utf-8")
+        aside.write_text(page(qoe, results.targets, flights), encoding="utf-8")
     write_plots(directory.plots, samples, qoe)
+    if flown is not None:
+        write(directory.plots / "flights.png", flights_plot(flown))
     return results
+
+
+def publish(directory: ExperimentDirectory, results: Results, path: Path) -> None:
+    """Write the page to `path` as well, and its plots into `images/` beside it, their names begun with the page's."""
+    images = path.parent / "images"
+    for plot in sorted(directory.plots.glob("*.png")):
+        with whole_file(images / f"{path.stem}-{plot.name}") as aside:
+            aside.write_bytes(plot.read_bytes())
+    text = page(results.qoe, results.targets, results.flights, plots=f"images/{path.stem}-")
+    with whole_file(path) as aside:
+        aside.write_text(f"# {TITLE}\n{text}", encoding="utf-8")
 
 
 def _qoe_figures(directory: ExperimentDirectory, table: pa.Table, samples: dict[str, Sample]) -> QoeFigures:

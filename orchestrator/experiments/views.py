@@ -69,7 +69,7 @@ class SeededScene(Struct, frozen=True):
 
 def view(views: ViewSet, number: int) -> View:
     """View `number`: identities in turn, for each round of them the next pose, and a place of its own."""
-    identities, kinds = (TEST_IDENTITIES, TEST_POSES) if views.split == "test" else (TRAIN_IDENTITIES, TRAIN_POSES)
+    identities, kinds = identities_and_poses(views.split)
     random = np.random.default_rng((views.seed, number))
     distance, azimuth, altitude = (float(random.uniform(*bounds)) for bounds in (DISTANCE, AZIMUTH, ALTITUDE))
     return View(
@@ -78,6 +78,11 @@ def view(views: ViewSet, number: int) -> View:
         kind=kinds[number // len(identities) % len(kinds)],
         viewpoint=Viewpoint(distance=distance, angle=azimuth, altitude=altitude),
     )
+
+
+def identities_and_poses(split: Split) -> tuple[range, range]:
+    """Who belongs to a split, and the kinds of pose that they are seen in."""
+    return (TEST_IDENTITIES, TEST_POSES) if split == "test" else (TRAIN_IDENTITIES, TRAIN_POSES)
 
 
 def scenes_of(views: ViewSet, chosen: Sequence[View], ask: AskForScenes) -> Mapping[int, SeededScene]:

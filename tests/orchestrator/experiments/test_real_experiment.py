@@ -51,3 +51,29 @@ def test_another_experiment_in_the_same_directory_is_refused_before_anything_sta
     other = orchestrator.run("experiment", "qoe", "--frames", "1", "--seed", "1", "--out", "e", rooms=None)
     assert other.returncode == 2
     assert "other views" in other.stderr
+
+
+def test_flights_of_an_experiment_carry_the_filter_and_end_in_the_same_table_when_killed(orchestrator, wait_until):
+    (orchestrator.folder / "small.toml").write_text(CONFIG)
+    begun = orchestrator.run(*SMALL, "--noise", "none", "--out", "e", rooms=None, patience=PATIENCE)
+    assert begun.returncode == 0, begun.stderr
+    flights = ("experiment", "flights", "e", "--scenes", "3", "--steps", "4", "--workers", "1")
+    table = orchestrator.folder / "e" / "flights.parquet"
+    child = orchestrator.start(*flights, rooms=None)
+    wait_until(lambda: any(table.with_suffix(".parts").glob("part-*")))
+    child.kill()
+    child.communicate(timeout=PATIENCE)
+    done = orchestrator.run(*flights, "--json", rooms=None, patience=PATIENCE)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["flights"]["flights"] == 6
+    resumed = table.read_bytes()
+    table.unlink()
+    assert orchestrator.run(*flights, rooms=None, patience=PATIENCE).returncode == 0
+    assert table.read_bytes() == resumed
+    flown = pq.read_table(table).to_pydict()
+    rows = zip(flown["step"], flown["seen"], flown["deviation"], strict=True)
+    first, last = ([], [])
+    for step, seen, deviation in rows:
+        if seen and step in (0, 3):
+            (first if step == 0 else last).append(deviation)
+    assert sum(last) / len(last) < sum(first) / len(first)

@@ -1,3 +1,5 @@
+import re
+
 import msgspec
 import pyarrow.parquet as pq
 import pytest
@@ -8,7 +10,7 @@ from orchestrator.experiments.bootstrap import Figure
 from orchestrator.experiments.directory import ExperimentDirectory
 from orchestrator.experiments.markdown import table, with_interval
 from orchestrator.experiments.page import page
-from orchestrator.experiments.results import Results, work_out
+from orchestrator.experiments.results import Results, publish, work_out
 from orchestrator.experiments.targets import Target, targets
 from orchestrator.experiments.views import ViewSet
 from protocol.config import RunConfig
@@ -41,10 +43,10 @@ def test_figures_page_and_plots_are_made_of_the_table(directory, results):
 
 def test_a_page_has_every_uncertainty_and_says_when_one_is_not_there(directory, results):
     text = directory.page_path.read_text()
-    for words in ("60 views of 4 people", "| quality, mean |", "### Exact depth", "Depth with stereo noise (d435i)"):
+    for words in ("60 views of 4 people", "| quality, mean |", "## Exact depth", "Depth with stereo noise (d435i)"):
         assert words in text
     calibrated = bool(results.qoe.coverage)
-    assert ("| expected error |" in text, "### The radius" in text) == (calibrated, calibrated)
+    assert ("| expected error |" in text, "## The radius" in text) == (calibrated, calibrated)
     assert "nan" not in text
 
 
@@ -52,6 +54,15 @@ def test_there_are_no_figures_without_a_whole_table(tmp_path):
     directory = ExperimentDirectory.open_for(tmp_path, RunConfig(), ViewSet(frames=60))
     with pytest.raises(InvalidInput, match="experiment qoe"):
         work_out(directory)
+
+
+def test_a_published_page_finds_its_plots(directory, results, tmp_path):
+    publish(directory, results, tmp_path / "docs" / "qoe.md")
+    text = (tmp_path / "docs" / "qoe.md").read_text()
+    linked = re.findall(r"\]\((images/[^)]+)\)", text)
+    assert len(linked) == 4
+    assert all((tmp_path / "docs" / name).is_file() for name in linked)
+    assert text.startswith("# ")
 
 
 def test_a_missed_target_is_said_to_be_missed(results):

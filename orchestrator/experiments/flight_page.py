@@ -1,0 +1,72 @@
+"""The flights' figures in Markdown."""
+
+from collections.abc import Iterator
+
+from orchestrator.experiments.flight_figures import FlightFigures
+from orchestrator.experiments.markdown import table, with_interval
+
+_INTRODUCTION = """\
+{flights} flights of {steps} pictures: around people 3 m away, and from 6 m at their side or behind them to the point in
+front of them. The filter travels along. *Posterior deviation*: the root of a joint's summed posterior variances, by the
+{lifting} lifting. → says which error it is held against: that of the frame's own estimate, or of the filter's mean. All
+are compared on the joints located in the frame, but the last, which is on every joint that the filter has ever seen.
+"""
+
+
+def flight_sections(figures: FlightFigures) -> Iterator[str]:
+    """All of them."""
+    yield "## The filter's posterior along flights\n"
+    yield _INTRODUCTION.format(flights=figures.flights, steps=figures.steps, lifting=figures.lifting)
+    yield _scores(figures)
+    yield "Mean error, m, each joint's clipped at 1 m:\n"
+    yield _errors(figures)
+
+
+def _scores(figures: FlightFigures) -> str:
+    headings = [
+        "",
+        "depth",
+        "path",
+        "ρ frame, raw",
+        "ρ frame, clipped",
+        "ρ joint, raw",
+        "ρ joint, clipped",
+        "Spearman",
+        "AUROC",
+    ]
+    rows = [
+        [
+            one.uncertainty,
+            one.noise,
+            *(
+                with_interval(found)
+                for found in (
+                    one.located_raw,
+                    one.located_clipped,
+                    one.joint_raw,
+                    one.joint_clipped,
+                    one.joint_spearman,
+                    one.joint_auroc,
+                )
+            ),
+        ]
+        for one in figures.scores
+        if one.band == "all"
+    ]
+    return table(headings, rows)
+
+
+def _errors(figures: FlightFigures) -> str:
+    headings = ["depth", "path", "frames", "frame", "filter's mean, same joints", "filter's mean, all joints seen"]
+    rows = [
+        [
+            one.noise,
+            one.path,
+            str(one.frames),
+            with_interval(one.frame, 3),
+            with_interval(one.filtered, 3),
+            with_interval(one.seen, 3),
+        ]
+        for one in figures.errors
+    ]
+    return table(headings, rows)

@@ -1,0 +1,200 @@
+"""Flights along scripted paths, the Kalman filter carried from picture to picture: is its posterior worth something?"""
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Literal, TypeAlias
+
+import numpy as np
+import pyarrow as pa
+from msgspec import Struct
+from msgspec.structs import replace
+
+from orchestrator.experiments.columns import SCHEMA, joint_columns, table_of
+from orchestrator.experiments.directory import ExperimentDirectory
+from orchestrator.experiments.parts import Parts
+from orchestrator.experiments.qoe import Shot, frame_values, observe_request
+from orchestrator.experiments.views import SeededScene, View, ViewSet, identities_and_poses, scenes_of
+from orchestrator.experiments.workers import Rate, Workers
+from orchestrator.view import Viewpoint
+from protocol.arrays import AnyArray
+from protocol.camera import DepthNoise
+from protocol.config import EnvironmentConfig, RunConfig
+from protocol.errors import InvalidInput
+from protocol.messages import Sampled, SampleScene
+from protocol.observation import FilterState, Observation
+
+Rows: TypeAlias = tuple[Mapping[str, object], Mapping[str, AnyArray]]
+Path: TypeAlias = Literal["circle", "front"]
+PATHS: tuple[Path, ...] = ("circle", "front")
+
+CIRCLE_DISTANCE = 3.0
+STEP = 0.5
+"""Metres along the circle between two pictures: half a second at 1 m/s."""
+
+APPROACH_FROM = 6.0
+"""Metres; where a flight to the front begins, at the person's side or behind them."""
+
+AT_ONCE = 4
+"""Flights side by side; a kill costs them and no more."""
+
+_START = 0xF117
+"""Keeps where a flight starts apart from other draws of the same seed."""
+
+SCHEMA_OF_FLIGHTS = pa.schema(
+    [
+        pa.field("flight", pa.int16(), metadata={"description": "number of the flight, from 0"}),
+        pa.field("path", pa.dictionary(pa.int8(), pa.string()), metadata={"description": "circle, or front"}),
+        pa.field("step", pa.int16(), metadata={"description": "number of the picture in its flight, from 0"}),
+        *SCHEMA,
+        pa.field("filter_x", pa.float32(), metadata={"description": "m, the filter's mean after this picture"}),
+        pa.field("filter_y", pa.float32(), metadata={"description": "m"}),
+        pa.field("filter_z", pa.float32(), metadata={"description": "m"}),
+        pa.field("filter_error", pa.float32(), metadata={"description": "m between that and the true joint"}),
+        pa.field("deviation", pa.float32(), metadata={"description": "m, root of the posterior's trace"}),
+        pa.field("seen", pa.bool_(), metadata={"description": "whether the filter ever had the joint located"}),
+    ]
+)
+
+
+class FlightSet(Struct, frozen=True, kw_only=True):
+    """All flights: every scene is flown around and approached, once with each kind of depth noise.
+
+    Attributes:
+        scenes: one for each identity in turn, their poses in turn.
+        steps: pictures of each flight.
+    """
+
+    scenes: int = 20
+    steps: int = 40
+    depth_noises: tuple[DepthNoise, ...] = ("none", "d435i")
+
+    def __post_init__(self) -> None:
+        if self.scenes < 1 or self.steps < 2 or not self.depth_noises:
+            raise InvalidInput("flights are over one scene or more, with two pictures or more each")
+
+
+class Course(Struct, frozen=True, kw_only=True):
+    """One flight: `number` from 0, over which scene, along which path, with which noise."""
+
+    number: int
+    scene: int
+    path: Path
+    depth_noise: DepthNoise
+
+
+def courses(flights: FlightSet) -> tuple[Course, ...]:
+    """Every flight, in order."""
+    each = itertools.product(range(flights.scenes), flights.depth_noises, PATHS)
+    return tuple(
+        Course(number=number, scene=scene, path=path, depth_noise=noise)
+        for number, (scene, noise, path) in enumerate(each)
+    )
+
+
+def viewpoints(path: Path, seed: int, scene: int, steps: int, environment: EnvironmentConfig) -> Iterator[Viewpoint]:
+    """Where each picture of a flight is taken from; both paths begin where the seed says.
+
+    `circle` goes counter-clockwise around the person; `front` comes from the side or from behind to the point in front,
+    along a spiral.
+    """
+    random = np.random.default_rng((seed, scene, _START))
+    start, side = float(random.uniform(-180.0, 180.0)), float(random.uniform(90.0, 180.0) * random.choice((-1.0, 1.0)))
+    for step in range(steps):
+        done = step / (steps - 1)
+        if path == "circle":
+            distance, angle = CIRCLE_DISTANCE, start + math.degrees(step * STEP / CIRCLE_DISTANCE)
+        else:
+            distance = APPROACH_FROM + done * (environment.front_distance - APPROACH_FROM)
+            angle = side * (1.0 - done)
+        wrapped = (angle + 180.0) % 360.0 - 180.0
+        yield Viewpoint(distance=distance, angle=wrapped, altitude=environment.front_height)
+
+
+def flight_parts(directory: ExperimentDirectory, flights: FlightSet) -> Parts:
+    """The parts of the flights' table: one for each flight."""
+    return Parts(directory.flights_path, len(courses(flights)))
+
+
+class Crew(Struct, frozen=True, eq=False):
+    """What every flight of a set is flown with."""
+
+    flights: FlightSet
+    views: ViewSet
+    config: RunConfig
+    workers: Workers
+    scenes: Mapping[int, SeededScene]
+    rate: Rate
+
+    def way(self, course: Course) -> Iterator[Viewpoint]:
+        """Where its pictures are taken from."""
+        return viewpoints(course.path, self.views.seed, course.scene, self.flights.steps, self.config.environment)
+
+    def shot(self, course: Course, place: Viewpoint, carried: FilterState | None) -> Shot:
+        """The next picture of a flight, with the filter as the last one left it."""
+        one, scene = scene_view(self.views, course.scene, place), self.scenes[course.scene]
+        request = observe_request(one, scene, self.config.environment, course.depth_noise)
+        return Shot(one, scene, request if carried is None else replace(request, filter=carried))
+
+
+def fly(parts: Parts, flights: FlightSet, views: ViewSet, config: RunConfig, workers: Workers) -> None:
+    """Fly what is missing, and write each flight.
+
+    Raises:
+        Interrupted: somebody asked to stop; the flights that are whole stay.
+        CallFailed: a worker could not answer.
+    """
+    missing = [course for course in courses(flights) if course.number in set(parts.missing())]
+    rate = Rate(parts.count * flights.steps, (parts.count - len(missing)) * flights.steps)
+    crew = Crew(flights, views, config, workers, _scenes(flights, views, workers), rate)
+    for begin in range(0, len(missing), AT_ONCE):
+        side_by_side = missing[begin : begin + AT_ONCE]
+        for course, part in zip(side_by_side, _flown(side_by_side, crew), strict=True):
+            parts.write(course.number, part)
+
+
+def filter_columns(observation: Observation) -> dict[str, AnyArray]:
+    """What the filter says of each joint after a picture."""
+    state = observation.filter
+    columns: dict[str, AnyArray] = {f"filter_{axis}": state.mean[:, index] for index, axis in enumerate("xyz")}
+    truth = observation.joints if observation.joints is not None else np.full_like(state.mean, np.nan)
+    columns["filter_error"] = np.linalg.norm(state.mean - truth, axis=1)
+    columns["deviation"] = np.sqrt(state.variance.sum(axis=1))
+    columns["seen"] = state.seen
+    return columns
+
+
+def _scenes(flights: FlightSet, views: ViewSet, workers: Workers) -> Mapping[int, SeededScene]:
+    def ask(requests: Sequence[SampleScene]) -> Iterator[Sampled]:
+        return workers.answers(workers.renderers, requests, "drawing scenes")
+
+    return scenes_of(views, [scene_view(views, scene, Viewpoint()) for scene in range(flights.scenes)], ask)
+
+
+def scene_view(views: ViewSet, scene: int, viewpoint: Viewpoint) -> View:
+    """A view of scene `scene`: identities in turn and poses in turn, so that twenty scenes have all of both."""
+    identities, kinds = identities_and_poses(views.split)
+    identity, kind = identities[scene % len(identities)], kinds[scene % len(kinds)]
+    return View(number=scene, identity=identity, kind=kind, viewpoint=viewpoint)
+
+
+def _flown(side_by_side: Sequence[Course], crew: Crew) -> Iterator[pa.Table]:
+    """The tables of flights that are flown in step."""
+    capabilities = crew.workers.capabilities()
+    filters: dict[int, FilterState] = {}
+    rows: dict[int, list[Rows]] = {course.number: [] for course in side_by_side}
+    for step, places in enumerate(zip(*map(crew.way, side_by_side), strict=True)):
+        shots = [
+            crew.shot(course, place, filters.get(course.number))
+            for course, place in zip(side_by_side, places, strict=True)
+        ]
+        requests = [shot.request for shot in shots]
+        answers = crew.workers.answers(crew.workers.perceivers, requests, "flying", crew.rate)
+        for course, shot, observation in zip(side_by_side, shots, answers, strict=True):
+            filters[course.number] = observation.filter
+            own: dict[str, object] = {"flight": course.number, "path": course.path, "step": step}
+            joints = joint_columns(shot.request, observation) | filter_columns(observation)
+            rows[course.number].append((own | frame_values(shot, capabilities), joints))
+            crew.rate.advance()
+    for course in side_by_side:
+        yield table_of(rows[course.number], SCHEMA_OF_FLIGHTS)
