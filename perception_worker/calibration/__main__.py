@@ -37,7 +37,7 @@ def _fit(table: Path, output: Path) -> None:
         from perception_worker.calibration import fitting
     except ImportError as error:
         raise Unavailable(f"fitting needs the extra 'fitting': {error}") from error
-    _logger.info("fitting on %s (about a minute)", table)
+    _logger.info("fitting on %s (some seconds)", table)
     stored = fitting.fit(table, version=metadata.version("vantage"))
     with whole_file(output) as aside:
         aside.write_bytes(msgspec.msgpack.encode(stored))

@@ -4,7 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from perception_worker.calibration import calibration
-from perception_worker.calibration.calibration import Calibration, open_calibration, read_calibration
+from perception_worker.calibration.calibration import Calibration, open_calibration, read_calibration, shipped
 from perception_worker.calibration.ensemble import stored_ensemble
 from protocol.config import PerceptionConfig, settled
 from protocol.errors import ArtifactDamaged, InvalidConfig
@@ -97,6 +97,26 @@ class TestOpen:
     def test_refuses_one_of_another_version(self, changed):
         with pytest.raises(ArtifactDamaged, match="another version"):
             Calibration(stored(**changed))
+
+
+class TestShipped:
+    def test_fits_the_default_worker(self):
+        opened = open_calibration(OURS)
+        assert opened is not None
+        assert set(opened.provenance.fitted_on).isdisjoint(opened.provenance.calibrated_on)
+        assert max(*opened.provenance.fitted_on, *opened.provenance.calibrated_on) < 40
+
+    def test_is_one_for_each_setting(self):
+        settings = [msgspec.json.encode(one.setting) for one in shipped()]
+        assert len(settings) == len(set(settings))
+
+    def test_expects_more_of_a_wrist_that_lies_on_the_wall(self):
+        points = body() + np.random.default_rng(0).normal(scale=0.2, size=(18, 3))
+        near = calibrated(open_calibration(OURS), points)
+        points[Joint.LEFT_WRIST, 0] += 3.0
+        far = calibrated(open_calibration(OURS), points)
+        assert far.expected_error[Joint.LEFT_WRIST] > 2 * near.expected_error[Joint.LEFT_WRIST]
+        assert far.radius[Joint.LEFT_WRIST] > 1.0
 
 
 def test_what_is_left_to_the_network_is_the_same_setting_as_its_own_values():
