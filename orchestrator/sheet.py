@@ -37,6 +37,11 @@ QUALITY_COLUMNS: tuple[tuple[str, int], ...] = (("mass", 150), ("height", 212), 
 """Headings of the table of joints, and the middle of each column in pixels from the table's left."""
 
 
+METRE_COLUMNS: tuple[tuple[str, str, int], ...] = (("expected_error", "error", 430), ("radius", "radius", 500))
+"""Of a calibrated worker, in metres: what of the observation, its heading, and the middle of its column."""
+METRES_WIDTH = 140
+
+
 class Sheet:
     """A page to put pictures and words on; positions are pixels from its upper left corner."""
 
@@ -76,7 +81,7 @@ def scene_sheet(title: str, subtitle: str, frame: Frame, observation: Observatio
     upper, lower = HEADER, HEADER + CAPTION + panel_height + GAP
     table = Place(right + PANEL_WIDTH + BAR_COLUMN + GAP, upper)
     page_height = max(lower + CAPTION + panel_height, upper + _table_height()) + MARGIN
-    sheet = Sheet(table.x + TABLE_WIDTH + MARGIN, page_height)
+    sheet = Sheet(table.x + _table_width(observation) + MARGIN, page_height)
     sheet.write(title, left, 26, 30)
     sheet.write(subtitle, left, 68, 18, FAINT)
     _put_panel(sheet, Place(left, upper), "Colour", frame.rgb)
@@ -144,6 +149,10 @@ def depth_ticks(scale: DepthScale) -> list[tuple[float, float]]:
     return ticks
 
 
+def _table_width(observation: Observation) -> int:
+    return TABLE_WIDTH + (METRES_WIDTH if observation.radius is not None else 0)
+
+
 def _table_height() -> int:
     return CAPTION + ROW * (len(Joint) + 9)
 
@@ -153,11 +162,14 @@ def _put_table(sheet: Sheet, place: Place, observation: Observation) -> None:
     sheet.write("Joint", place.x, y, anchor="lm")
     for heading, x in QUALITY_COLUMNS:
         sheet.write(heading, place.x + x, y, 15, FAINT, anchor="mm")
+    for field, heading, x in METRE_COLUMNS:
+        if getattr(observation, field) is not None:
+            sheet.write(f"{heading}, m", place.x + x, y, 15, FAINT, anchor="mm")
     for joint in Joint:
         y += ROW
         _put_joint(sheet, place.x, y, joint, observation)
     uncertainty = weighted_uncertainty(observation.quality)
-    sheet.box(place.x, y + ROW // 2 + 4, TABLE_WIDTH, 1, RULE)
+    sheet.box(place.x, y + ROW // 2 + 4, _table_width(observation), 1, RULE)
     y += ROW + 12
     sheet.write(f"Weighted uncertainty of the upper body: {uncertainty:.2f} of 10", place.x, y, anchor="lm")
     _put_legend(sheet, Place(place.x, y + ROW + 8))
@@ -177,6 +189,10 @@ def _put_joint(sheet: Sheet, x: int, y: int, joint: Joint, observation: Observat
     sheet.box(x + column - 30, y - ROW / 2 + 2, 60, ROW - 4, colour)
     ink = INK if sum(colour) > 420 else PAPER
     sheet.write(f"{quality:.2f}", x + column, y, 15, ink, anchor="mm")
+    for field, _, column in METRE_COLUMNS:
+        metres = getattr(observation, field)
+        if metres is not None and np.isfinite(metres[joint]):
+            sheet.write(f"{float(metres[joint]):.2f}", x + column, y, 15, anchor="mm")
 
 
 def _put_legend(sheet: Sheet, place: Place) -> None:

@@ -2,10 +2,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from orchestrator import picture
 from orchestrator.picture import DepthScale
-from orchestrator.sheet import CAPTION, HEADER, MARGIN, PANEL_WIDTH, depth_ticks, scene_sheet
+from orchestrator.sheet import CAPTION, HEADER, MARGIN, METRES_WIDTH, PANEL_WIDTH, depth_ticks, scene_sheet
 from protocol.camera import Camera, CameraPose, Intrinsics, project
 from protocol.frame import Frame
 from protocol.observation import FilterState, Observation
@@ -63,6 +64,15 @@ def test_a_frame_without_truth_and_an_observation_without_heatmaps_make_a_page_t
     seen = {name: getattr(observation, name) for name in ("keypoints", "points", "mass", "height", "distance")}
     without = Observation(**seen, quality=observation.quality, filter=observation.filter)
     assert scene_sheet("Scene 1", "", bare, without).any()
+
+
+def test_an_observation_in_metres_has_two_columns_more():
+    frame, observation = frame_and_observation()
+    metres = replace(observation, expected_error=np.full(18, 0.1), radius=np.full(18, 0.25))
+    plain, wider = (scene_sheet("Scene 1", "", frame, one) for one in (observation, metres))
+    assert wider.shape[1] == plain.shape[1] + METRES_WIDTH
+    unlocated = replace(metres, expected_error=np.full(18, np.nan), radius=np.full(18, np.nan))
+    assert (scene_sheet("Scene 1", "", frame, unlocated) != wider).any()
 
 
 def test_depth_ticks_are_round_distances_that_can_be_read_apart():
