@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.progress import Progress, TaskID
 
 from benchmarks.machine import machine_kind
-from benchmarks.pose_quality import Estimate, Figures, View, estimate, figures
+from benchmarks.pose_quality import Correlation, Estimate, Figures, View, estimate, figures
 from benchmarks.viewpoints import all_views, observe_requests
 from orchestrator.live_display import open_display
 from orchestrator.stop_request import stop_on_signals
@@ -149,11 +149,15 @@ def quality_table(by_network: Mapping[str, Figures]) -> str:
     head = "| network | joints found /18 | right in the picture | joint error, m | ρ | ρ, clipped at 1 m | "
     head += "left–right swaps | faces on backs | nobody |"
     rows = [
-        f"| {name} | {one.found:.1f} | {one.right:.1%} | {one.error:.3f} | {one.correlation:.2f} | "
-        f"{one.clipped_correlation:.2f} | {one.swapped:.1%} | {one.faces_behind:.0%} | {one.nobody:.1%} |"
+        f"| {name} | {one.found:.1f} | {one.right:.1%} | {one.error:.3f} | {_interval(one.correlation)} | "
+        f"{_interval(one.clipped_correlation)} | {one.swapped:.1%} | {one.faces_behind:.0%} | {one.nobody:.1%} |"
         for name, one in by_network.items()
     ]
     return "\n".join([head, "|---|" + "---:|" * len(asdict(next(iter(by_network.values())))), *rows])
+
+
+def _interval(found: Correlation) -> str:
+    return f"{found.value:.2f} [{found.low:.2f}, {found.high:.2f}]"
 
 
 def measure(views: Views, profile: Profile, console: Console) -> str:

@@ -39,6 +39,7 @@ class Estimate(Struct, frozen=True, eq=False):
         visible: to the camera.
         right, swapped: as `benchmarks.detection` defines them.
         behind: whether the camera sees no face.
+        identity: whose body it is.
     """
 
     detected: BoolArray
@@ -48,6 +49,15 @@ class Estimate(Struct, frozen=True, eq=False):
     right: BoolArray
     swapped: BoolArray
     behind: bool
+    identity: int
+
+
+class Correlation(NamedTuple):
+    """Pearson's, and its 95% interval by bootstrap over people."""
+
+    value: float
+    low: float
+    high: float
 
 
 class Figures(Struct, frozen=True):
@@ -67,8 +77,8 @@ class Figures(Struct, frozen=True):
     found: float
     right: float
     error: float
-    correlation: float
-    clipped_correlation: float
+    correlation: Correlation
+    clipped_correlation: Correlation
     swapped: float
     faces_behind: float
     nobody: float
@@ -91,6 +101,7 @@ def estimate(view: View, observation: Observation) -> Estimate:
         right=found.found,
         swapped=found.swapped,
         behind=abs(view.angle) > BEHIND,
+        identity=view.request.scene.identity,
     )
 
 
@@ -116,17 +127,33 @@ def figures(estimates: Sequence[Estimate]) -> Figures:
     )
 
 
-def frame_correlations(estimates: Sequence[Estimate]) -> tuple[float, float]:
-    """Pearson's between a view's mean uncertainty and its mean error, over located joints: raw, and clipped at 1 m."""
+def frame_correlations(estimates: Sequence[Estimate], draws: int = 1000) -> tuple[Correlation, Correlation]:
+    """Between a view's mean uncertainty and its mean error, over located joints: raw, and clipped at 1 m."""
     located = [(one, np.isfinite(one.error)) for one in estimates]
     some = [(one, there) for one, there in located if there.any()]
-    uncertainty = [one.uncertainty[there].mean() for one, there in some]
-    raw = [one.error[there].mean() for one, there in some]
-    clipped = [np.minimum(one.error[there], MOST_ERROR).mean() for one, there in some]
-    return _pearson(uncertainty, raw), _pearson(uncertainty, clipped)
+    means = np.array(
+        [
+            (one.uncertainty[there].mean(), one.error[there].mean(), np.minimum(one.error[there], MOST_ERROR).mean())
+            for one, there in some
+        ]
+    ).reshape(-1, 3)
+    people = [np.flatnonzero([one.identity == who for one, _ in some]) for who in {one.identity for one, _ in some}]
+    rng = np.random.default_rng(0)
+    drawn = [
+        means[np.concatenate([people[who] for who in rng.integers(len(people), size=len(people))])]
+        for _ in range(draws if people else 0)
+    ]
+    raw, clipped = (_correlation(means, drawn, column) for column in (1, 2))
+    return raw, clipped
 
 
-def _pearson(one: Sequence[float], other: Sequence[float]) -> float:
+def _correlation(means: Float64Array, drawn: Sequence[Float64Array], column: int) -> Correlation:
+    again = [_pearson(one[:, 0], one[:, column]) for one in drawn]
+    low, high = np.nanquantile(again, [0.025, 0.975]) if np.isfinite(again).any() else (np.nan, np.nan)
+    return Correlation(_pearson(means[:, 0], means[:, column]), float(low), float(high))
+
+
+def _pearson(one: Float64Array, other: Float64Array) -> float:
     if len(one) < 2 or np.std(one) == 0 or np.std(other) == 0:
         return np.nan
     return float(np.corrcoef(one, other)[0, 1])

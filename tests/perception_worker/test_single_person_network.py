@@ -119,6 +119,10 @@ class TestNeck:
         _, keypoints = seen(movenet({"left_shoulder": (30, 12, 0.8), "right_shoulder": (20, 14, 0.6)})[0])
         assert keypoints[Joint.NECK] == pytest.approx([25, 13])
 
+    def test_may_lie_between_two_cells(self):
+        _, keypoints = seen(movenet({"left_shoulder": (30, 12, 0.8), "right_shoulder": (21, 13, 0.6)})[0])
+        assert keypoints[Joint.NECK] == pytest.approx([25.5, 12.5])
+
     @pytest.mark.parametrize("shoulder", ["left_shoulder", "right_shoulder"])
     def test_is_not_detected_with_one_shoulder(self, shoulder):
         output, keypoints = seen(movenet({shoulder: (30, 12, 0.8)})[0])
