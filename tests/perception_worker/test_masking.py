@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from perception_worker.perceive import Perceiver
-from perception_worker.qoe import quality_of_estimation
+from perception_worker.qoe import nearest_cells, quality_of_estimation
 from protocol.config import PerceptionConfig
 from protocol.observation import FilterState
 from protocol.skeleton import Joint
@@ -69,6 +69,13 @@ class TestOtherPeople:
 
     def test_do_not_make_something_of_an_empty_cell(self):
         assert not mass(heatmaps(), THEIRS, own=(3, 0)).any()
+
+
+def test_a_place_in_a_map_is_in_the_cell_that_it_is_nearest_to():
+    # Column and row in, row and column out.
+    places = np.array([[[2.49, 1.5], [2.51, 1.49]], [[-0.7, 5.6], [np.nan, np.nan]]])
+    assert nearest_cells(places, (6, 8)).tolist() == [[[2, 2], [1, 3]], [[5, 0], [-1, -1]]]
+    assert nearest_cells(np.empty((0, 18, 2)), (6, 8)).shape == (0, 18, 2)
 
 
 class TestPerceiver:
