@@ -46,6 +46,9 @@ def qoe(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where it goes.", show_default="runs/experiments/qoe-SPLIT-SEED")
     ] = None,
+    views_a_scene: Annotated[
+        int, typer.Option(min=1, help="Views in a row of one scene: making another takes as long as nine pictures.")
+    ] = 4,
     frames_a_part: Annotated[int, typer.Option(min=1, help="Views that a kill costs at most.", hidden=True)] = 250,
     json: JsonOption = False,
 ) -> None:
@@ -60,7 +63,14 @@ def qoe(
     from orchestrator.experiments.workers import experiment_workers, with_workers
 
     noises: tuple[DepthNoise, ...] = ("none", "d435i") if noise == "both" else (noise,)
-    views = ViewSet(frames=frames, split=split, seed=seed, depth_noises=noises, frames_a_part=frames_a_part)
+    views = ViewSet(
+        frames=frames,
+        split=split,
+        seed=seed,
+        depth_noises=noises,
+        views_a_scene=views_a_scene,
+        frames_a_part=frames_a_part,
+    )
     settings = with_workers(load_config(config) if config else RunConfig(), workers or os.cpu_count() or 1)
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
     parts = experiment.table_parts(directory, views)

@@ -1,12 +1,12 @@
 """The workers of an experiment: as many as are asked for, looked after while their answers are waited for."""
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import wait
 from contextlib import contextmanager
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from orchestrator.fleet import Fleet
@@ -14,7 +14,7 @@ from orchestrator.launch import addresses, registry_address, worker_launches
 from orchestrator.live_display import Display, FrameCount
 from orchestrator.registry import Registry, serve_registry
 from orchestrator.run_directory import resolved_toml
-from orchestrator.session import LOOK, Session
+from orchestrator.session import Session
 from orchestrator.socket_directory import socket_directory
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervisor import Supervisor
@@ -28,6 +28,9 @@ from protocol.timeouts import Timeouts
 
 AHEAD = 3
 """Requests under way to each worker; one more than it works on, so that it never waits for us."""
+
+LOOK = 0.1
+"""Seconds between two looks at the workers; one costs a millisecond."""
 
 PERCEIVERS_PER_RENDERER = 2
 """A picture is drawn in a third of the time that it takes to make sense of it."""
@@ -54,21 +57,29 @@ class Rate:
         return FrameCount(step=self._done, steps=self._steps, steps_per_second=speed)
 
 
-class Workers(Struct, frozen=True, eq=False):
-    """Pools of both roles, and what to do while waiting for them."""
+class Workers:
+    """Pools of both roles; those who wait for their answers look after them."""
 
-    renderers: Pool
-    perceivers: Pool
-    session: Session
+    def __init__(
+        self, renderers: Pool, perceivers: Pool, session: Session, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.renderers = renderers
+        self.perceivers = perceivers
+        self._session = session
+        self._clock = clock
+        self._looked = -math.inf
 
     def attend(self, activity: str, rate: Rate | None = None) -> None:
-        """Look after the workers and show how far we are.
+        """Look after the workers and show how far we are, unless that was done a moment ago.
 
         Raises:
             Interrupted: somebody asked to stop.
             ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.look`.
         """
-        self.session.attend(activity, None if rate is None else rate.count)
+        if self._clock() - self._looked < LOOK:
+            return
+        self._looked = self._clock()
+        self._session.attend(activity, None if rate is None else rate.count)
 
     def wait_for(self, pending: Pending[ReplyT], activity: str, rate: Rate | None = None) -> ReplyT:
         """The answer; errors as `attend`, and those of the call itself."""
