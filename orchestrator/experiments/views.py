@@ -98,7 +98,7 @@ def scenes_of(views: ViewSet, chosen: Sequence[View], ask: AskForScenes) -> Mapp
     Raises:
         InvalidInput: poses of some kind are never drawn.
     """
-    first_of = {one.number // views.views_a_scene: one for one in reversed(chosen)}
+    first_of = {one.number // views.views_a_scene: one for one in chosen}
     wanted = Counter(one.kind for one in first_of.values())
     drawn: dict[int, list[SeededScene]] = {kind: [] for kind in wanted}
     for batch in range(MOST_DRAWS // DRAWS_AT_ONCE):
