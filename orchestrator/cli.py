@@ -24,6 +24,7 @@ from orchestrator.options import (
     AllowedOption,
     HttpOption,
     InsecureOption,
+    JoinOption,
     JsonOption,
     KeyOption,
     TokenOption,
@@ -84,13 +85,6 @@ app.add_typer(bodies_app, name="bodies")
 app.add_typer(keys_app, name="keys")
 app.add_typer(calibration_app, name="calibration")
 app.add_typer(experiment_app, name="experiment")
-
-JoinOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar="ADDRESS", help="Work with the workers of a host, and start none.", show_default="workers are started"
-    ),
-]
 
 
 def main() -> None:

@@ -7,8 +7,18 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from orchestrator.joining import join_of
 from orchestrator.launch import PROCESS_ENVIRONMENT
-from orchestrator.options import JsonOption, at_work, examples, print_json
+from orchestrator.options import (
+    AllowedOption,
+    InsecureOption,
+    JoinOption,
+    JsonOption,
+    KeyOption,
+    at_work,
+    examples,
+    print_json,
+)
 from orchestrator.versions import collect_versions
 from protocol.camera import DepthNoise
 from protocol.config import RunConfig, load_config
@@ -43,9 +53,16 @@ def qoe(
         Literal["both", "none", "d435i"], typer.Option(help="Of the depth; with both, each view is taken twice.")
     ] = "both",
     workers: WorkersOption = None,
+    join: JoinOption = None,
+    key: KeyOption = None,
+    allowed: AllowedOption = None,
+    insecure: InsecureOption = False,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where it goes.", show_default="runs/experiments/qoe-SPLIT-SEED")
     ] = None,
+    views_a_scene: Annotated[
+        int, typer.Option(min=1, help="Views in a row of one scene: making another takes as long as nine pictures.")
+    ] = 4,
     frames_a_part: Annotated[int, typer.Option(min=1, help="Views that a kill costs at most.", hidden=True)] = 250,
     json: JsonOption = False,
 ) -> None:
@@ -60,13 +77,21 @@ def qoe(
     from orchestrator.experiments.workers import experiment_workers, with_workers
 
     noises: tuple[DepthNoise, ...] = ("none", "d435i") if noise == "both" else (noise,)
-    views = ViewSet(frames=frames, split=split, seed=seed, depth_noises=noises, frames_a_part=frames_a_part)
+    views = ViewSet(
+        frames=frames,
+        split=split,
+        seed=seed,
+        depth_noises=noises,
+        views_a_scene=views_a_scene,
+        frames_a_part=frames_a_part,
+    )
     settings = with_workers(load_config(config) if config else RunConfig(), workers or os.cpu_count() or 1)
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
     parts = experiment.table_parts(directory, views)
+    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
     with directory.lock(), at_work() as (display, stop):
         if not parts.is_whole:
-            with experiment_workers(settings, display=display, stop=stop) as crew:
+            with experiment_workers(settings, host, display=display, stop=stop) as crew:
                 experiment.observe_views(parts, views, settings, crew)
                 versions = collect_versions(PROCESS_ENVIRONMENT)
                 parts.join(experiment.provenance(settings, views, versions, crew.capabilities()))
@@ -79,6 +104,10 @@ def flights(
     scenes: Annotated[int, typer.Option(min=1, help="Each is flown around and approached, with each noise.")] = 20,
     steps: Annotated[int, typer.Option(min=2, help="Pictures of each flight.")] = 40,
     workers: WorkersOption = None,
+    join: JoinOption = None,
+    key: KeyOption = None,
+    allowed: AllowedOption = None,
+    insecure: InsecureOption = False,
     json: JsonOption = False,
 ) -> None:
     """Fly about the people of an experiment with the Kalman filter, and tell what its posterior is worth.
@@ -96,9 +125,10 @@ def flights(
     flight_set = flying.FlightSet(scenes=scenes, steps=steps, depth_noises=views.depth_noises)
     found.require_same(found.flight_set_path, flight_set)
     parts = flying.flight_parts(found, flight_set)
+    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
     with found.lock(), at_work() as (display, stop):
         if not parts.is_whole:
-            with experiment_workers(settings, display=display, stop=stop) as crew:
+            with experiment_workers(settings, host, display=display, stop=stop) as crew:
                 flying.fly(parts, flight_set, views, settings, crew)
                 versions = collect_versions(PROCESS_ENVIRONMENT)
                 parts.join(experiment.provenance(settings, views, versions, crew.capabilities()))

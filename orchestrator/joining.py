@@ -21,6 +21,7 @@ from protocol.errors import InvalidInput, NotPermitted, VantageError, VersionMis
 from protocol.incarnation import new_incarnation
 from protocol.membership import Membership
 from protocol.messages import AT_WORK, Dismiss, Role, State, WorkerRecord
+from protocol.pool import Pool
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import KEY_VARIABLE, security_from
 from protocol.timeouts import Timeouts
@@ -113,6 +114,10 @@ class JoinedHost:
     def lookup(self, role: Role) -> tuple[WorkerRecord, ...]:
         """Who of a role is in the host's table, as it said last. Agents are none of ours."""
         return self._membership.lookup(role) if role in NEEDED else ()
+
+    def follow(self, pool: Pool, role: Role) -> None:
+        """Keep a pool's addresses as the host's table has them."""
+        self._membership.follow(pool, role)
 
     def lacks(self, role: Role) -> bool:
         """Whether nobody of a role can work, of those whom a run needs."""

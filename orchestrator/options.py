@@ -43,6 +43,13 @@ InsecureOption = Annotated[
     bool, typer.Option("--insecure", help="Speak between machines without keys: whoever reaches us may use us.")
 ]
 
+JoinOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS", help="Work with the workers of a host, and start none.", show_default="workers are started"
+    ),
+]
+
 
 def examples(*lines: str) -> str:
     """How a command is called, for its help."""

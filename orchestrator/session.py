@@ -120,6 +120,7 @@ class Session:
     def attend(self, activity: str, progress: FrameCount | None = None) -> None:
         """Look after the workers once, while somebody waits for what they answer; errors as `start_workers`."""
         self._stop.check()
+        self._elsewhere.check()
         self._supervisor.look()
         self._show(activity, progress=progress)
 

@@ -165,4 +165,5 @@ def _what_counts(config: RunConfig) -> RunConfig:
 
 def _words(views: ViewSet) -> str:
     noises = " and ".join(views.depth_noises)
-    return f"{views.frames} frames of {views.split}, seed {views.seed}, depth noise {noises}"
+    each = f"{views.views_a_scene} a scene, {views.frames_a_part} a part"
+    return f"{views.frames} frames of {views.split}, seed {views.seed}, {each}, depth noise {noises}"

@@ -168,7 +168,9 @@ def _scenes(flights: FlightSet, views: ViewSet, workers: Workers) -> Mapping[int
     def ask(requests: Sequence[SampleScene]) -> Iterator[Sampled]:
         return workers.answers(workers.renderers, requests, "drawing scenes")
 
-    return scenes_of(views, [scene_view(views, scene, Viewpoint()) for scene in range(flights.scenes)], ask)
+    return scenes_of(
+        replace(views, views_a_scene=1), [scene_view(views, scene, Viewpoint()) for scene in range(flights.scenes)], ask
+    )
 
 
 def scene_view(views: ViewSet, scene: int, viewpoint: Viewpoint) -> View:

@@ -28,6 +28,9 @@ COLOURS = 64
 DISTANCE_EDGES = np.array([1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.75, 9.0])
 AZIMUTH_EDGES = np.array([0.0, 30, 60, 90, 120, 150, 180])
 DECILES = 10
+EXPECTED_AT_MOST = 1.5
+"""Metres that an error counts as at most where it is expected (docs/qoe.md)."""
+
 _SHADES = {"none": "#1f4e79", "d435i": "#c55a11"}
 _WORDS = {"none": "exact depth", "d435i": "depth noise (d435i)"}
 _LIFTING_SHADES = {"mean": "#8c8c8c", "median": "#e0a030", "nearest": "#1f4e79"}
@@ -90,12 +93,14 @@ def reliability(samples: dict[str, Sample], found: dict[str, dict[str, Estimates
         uncertainty, error = estimates.uncertainty[chosen], estimates.error[chosen]
         group = _deciles(uncertainty)
         centres = np.array([uncertainty[group == one].mean() for one in range(DECILES)])
-        _by_group(axes[0], centres, error, group, person, noise)
+        shown = np.minimum(error, EXPECTED_AT_MOST) if calibrated else error
+        _by_group(axes[0], centres, shown, group, person, noise)
         if calibrated:
             held = error <= sample["radius"][chosen]
             _by_group(axes[1], np.arange(1.0, DECILES + 1), held, group, person, noise)
     axes[0].set_title("Joints by tenths of their uncertainty", fontsize=10)
-    axes[0].set_ylabel("mean true error, m")
+    beyond = f", above {EXPECTED_AT_MOST:g} m counted as {EXPECTED_AT_MOST:g} m" if calibrated else ""
+    axes[0].set_ylabel(f"mean true error{beyond} (m)")
     axes[0].set_xlabel("mean expected error, m" if calibrated else "mean of 1 − quality")
     if calibrated:
         _diagonal(axes[0])

@@ -35,6 +35,7 @@ class ViewSet(Struct, frozen=True, kw_only=True):
     Attributes:
         seed: the same one gives the same views.
         depth_noises: each view is taken once with each.
+        views_a_scene: how many views in a row are of the same scene; drawing a new one takes as long as nine pictures.
         frames_a_part: how many are written at once, and lost at most by a kill; scenes are drawn for a part at a time.
     """
 
@@ -42,10 +43,11 @@ class ViewSet(Struct, frozen=True, kw_only=True):
     split: Split = "test"
     seed: int = 0
     depth_noises: tuple[DepthNoise, ...] = ("none", "d435i")
+    views_a_scene: int = 1
     frames_a_part: int = 250
 
     def __post_init__(self) -> None:
-        if self.frames < 1 or self.frames_a_part < 1 or self.seed < 0:
+        if min(self.frames, self.views_a_scene, self.frames_a_part) < 1 or self.seed < 0:
             raise InvalidInput("an experiment has 1 frame or more, and a seed of 0 or more")
         if not self.depth_noises or len(set(self.depth_noises)) < len(self.depth_noises):
             raise InvalidInput("name one or more kinds of depth noise, each once")
@@ -68,14 +70,15 @@ class SeededScene(Struct, frozen=True):
 
 
 def view(views: ViewSet, number: int) -> View:
-    """View `number`: identities in turn, for each round of them the next pose, and a place of its own."""
+    """View `number`: scenes with identities in turn, for each round of them the next pose; and a place of its own."""
     identities, kinds = identities_and_poses(views.split)
     random = np.random.default_rng((views.seed, number))
     distance, azimuth, altitude = (float(random.uniform(*bounds)) for bounds in (DISTANCE, AZIMUTH, ALTITUDE))
+    scene = number // views.views_a_scene
     return View(
         number=number,
-        identity=identities[number % len(identities)],
-        kind=kinds[number // len(identities) % len(kinds)],
+        identity=identities[scene % len(identities)],
+        kind=kinds[scene // len(identities) % len(kinds)],
         viewpoint=Viewpoint(distance=distance, angle=azimuth, altitude=altitude),
     )
 
@@ -88,18 +91,21 @@ def identities_and_poses(split: Split) -> tuple[range, range]:
 def scenes_of(views: ViewSet, chosen: Sequence[View], ask: AskForScenes) -> Mapping[int, SeededScene]:
     """The scene of each view, by the view's number.
 
-    Scenes are drawn by who renders, a sequence for the first of the views. Each view takes the next one with a pose of
-    its kind, and gives it its identity; so its scene does not depend on how many views follow.
+    Scenes are drawn by who renders, a sequence for the first of the views. Each view that does not share the scene of
+    the one before takes the next with a pose of its kind, and gives it its identity; so no scene depends on how many
+    views follow.
 
     Raises:
         InvalidInput: poses of some kind are never drawn.
     """
-    wanted = Counter(one.kind for one in chosen)
+    first_of = {one.number // views.views_a_scene: one for one in chosen}
+    wanted = Counter(one.kind for one in first_of.values())
     drawn: dict[int, list[SeededScene]] = {kind: [] for kind in wanted}
     for batch in range(MOST_DRAWS // DRAWS_AT_ONCE):
         if all(len(drawn[kind]) >= count for kind, count in wanted.items()):
             left = {kind: iter(scenes) for kind, scenes in drawn.items()}
-            return {one.number: _dressed(next(left[one.kind]), one) for one in chosen}
+            dressed = {scene: _dressed(next(left[one.kind]), one) for scene, one in sorted(first_of.items())}
+            return {one.number: dressed[one.number // views.views_a_scene] for one in chosen}
         draws = range(batch * DRAWS_AT_ONCE, (batch + 1) * DRAWS_AT_ONCE)
         requests = [SampleScene(seed=scene_seed(views, chosen[0], draw), split=views.split) for draw in draws]
         for request, answer in zip(requests, ask(requests), strict=True):

@@ -1,33 +1,39 @@
 """The workers of an experiment: as many as are asked for, looked after while their answers are waited for."""
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import wait
 from contextlib import contextmanager
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from orchestrator.fleet import Fleet
+from orchestrator.joining import Join, JoinedHost, dismiss
 from orchestrator.launch import addresses, registry_address, worker_launches
-from orchestrator.live_display import Display, FrameCount
+from orchestrator.live_display import Display, FrameCount, Snapshot
 from orchestrator.registry import Registry, serve_registry
 from orchestrator.run_directory import resolved_toml
-from orchestrator.session import LOOK, Session
+from orchestrator.session import Session
 from orchestrator.socket_directory import socket_directory
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervisor import Supervisor
 from protocol.artifact import cache_directory
 from protocol.config import RunConfig
+from protocol.errors import InvalidInput
 from protocol.message import ReplyT, Request
 from protocol.messages import Role
 from protocol.pending import Pending
 from protocol.pool import Pool
+from protocol.security import LOCAL_ONLY, Security
 from protocol.timeouts import Timeouts
 
 AHEAD = 3
 """Requests under way to each worker; one more than it works on, so that it never waits for us."""
+
+LOOK = 0.1
+"""Seconds between two looks at the workers; one costs a millisecond."""
 
 PERCEIVERS_PER_RENDERER = 2
 """A picture is drawn in a third of the time that it takes to make sense of it."""
@@ -54,21 +60,29 @@ class Rate:
         return FrameCount(step=self._done, steps=self._steps, steps_per_second=speed)
 
 
-class Workers(Struct, frozen=True, eq=False):
-    """Pools of both roles, and what to do while waiting for them."""
+class Workers:
+    """Pools of both roles; those who wait for their answers look after them."""
 
-    renderers: Pool
-    perceivers: Pool
-    session: Session
+    def __init__(
+        self, renderers: Pool, perceivers: Pool, session: Session, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.renderers = renderers
+        self.perceivers = perceivers
+        self._session = session
+        self._clock = clock
+        self._looked = -math.inf
 
     def attend(self, activity: str, rate: Rate | None = None) -> None:
-        """Look after the workers and show how far we are.
+        """Look after the workers and show how far we are, unless that was done a moment ago.
 
         Raises:
             Interrupted: somebody asked to stop.
             ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.look`.
         """
-        self.session.attend(activity, None if rate is None else rate.count)
+        if self._clock() - self._looked < LOOK:
+            return
+        self._looked = self._clock()
+        self._session.attend(activity, None if rate is None else rate.count)
 
     def wait_for(self, pending: Pending[ReplyT], activity: str, rate: Rate | None = None) -> ReplyT:
         """The answer; errors as `attend`, and those of the call itself."""
@@ -85,7 +99,7 @@ class Workers(Struct, frozen=True, eq=False):
         try:
             for request in requests:
                 under_way.append(pool.submit(request))
-                if len(under_way) >= AHEAD * len(pool.addresses):
+                if len(under_way) >= AHEAD * max(1, len(pool.addresses)):
                     yield self.wait_for(under_way.popleft(), activity, rate)
             while under_way:
                 yield self.wait_for(under_way.popleft(), activity, rate)
@@ -94,8 +108,18 @@ class Workers(Struct, frozen=True, eq=False):
                 pending.cancel()
 
     def capabilities(self) -> dict[str, str]:
-        """What the perception workers say of themselves."""
-        return self.perceivers.wait_ready()[0].capabilities
+        """What the perception workers say of themselves.
+
+        Raises:
+            InvalidInput: they don't say the same, so that the table would be of two experiments.
+        """
+        first, *others = (welcome.capabilities for welcome in self.perceivers.wait_ready())
+        for other in others:
+            if differing := {name for name in first | other if first.get(name) != other.get(name)}:
+                raise InvalidInput(
+                    f"the perception workers differ in {', '.join(sorted(differing))}; all must be alike"
+                )
+        return first
 
 
 def with_workers(config: RunConfig, perceivers: int) -> RunConfig:
@@ -109,13 +133,29 @@ def with_workers(config: RunConfig, perceivers: int) -> RunConfig:
 
 
 @contextmanager
-def experiment_workers(config: RunConfig, *, display: Display, stop: StopRequest) -> Generator[Workers]:
+def experiment_workers(
+    config: RunConfig, join: Join | None = None, *, display: Display, stop: StopRequest
+) -> Generator[Workers]:
     """The workers that the configuration asks for, ready; none is left when this ends.
 
+    Args:
+        join: a host whose workers are to be worked with instead. It is told when this ends well.
+
     Raises:
-        ProcessFailed, DeadlineExceeded, Interrupted: as for a training.
+        ProcessFailed, DeadlineExceeded, Interrupted, HostLost, HostNotTold: as for a training.
     """
     timeouts = Timeouts.from_config(config.timeouts)
+    if join is None:
+        with _started(config, timeouts, display, stop) as workers:
+            yield workers
+    else:
+        with _joined(join, config, timeouts, display, stop) as workers:
+            yield workers
+        dismiss(join, timeouts, lambda words: display.show(Snapshot(activity=words, elapsed=0.0)), stop)
+
+
+@contextmanager
+def _started(config: RunConfig, timeouts: Timeouts, display: Display, stop: StopRequest) -> Generator[Workers]:
     with (
         socket_directory() as sockets,
         serve_registry(Registry(timeouts.liveness), registry_address(sockets), timeouts),
@@ -128,11 +168,32 @@ def experiment_workers(config: RunConfig, *, display: Display, stop: StopRequest
         session = Session(fleet, supervisor, display, stop)
         session.start_workers(launches)
         with (
-            _pool(addresses(launches, Role.RENDER), Role.RENDER, timeouts) as renderers,
-            _pool(addresses(launches, Role.PERCEPTION), Role.PERCEPTION, timeouts) as perceivers,
+            _pool(Role.RENDER, timeouts, addresses(launches, Role.RENDER)) as renderers,
+            _pool(Role.PERCEPTION, timeouts, addresses(launches, Role.PERCEPTION)) as perceivers,
         ):
             yield Workers(renderers, perceivers, session)
 
 
-def _pool(addresses: tuple[str, ...], serves: Role, timeouts: Timeouts) -> Pool:
-    return Pool(addresses, role=Role.ORCHESTRATOR, serves=serves, timeouts=timeouts)
+@contextmanager
+def _joined(
+    join: Join, config: RunConfig, timeouts: Timeouts, display: Display, stop: StopRequest
+) -> Generator[Workers]:
+    with (
+        JoinedHost(join, "experiment", timeouts) as host,
+        # Of nobody: what is elsewhere, others look after.
+        Fleet(cache_directory() / "logs", stop) as fleet,
+        Supervisor(fleet, config.supervision, timeouts) as supervisor,
+        _pool(Role.RENDER, timeouts, security=join.security) as renderers,
+        _pool(Role.PERCEPTION, timeouts, security=join.security) as perceivers,
+    ):
+        session = Session(fleet, supervisor, display, stop, elsewhere=host)
+        session.wait_for_others(timeouts.startup)
+        for pool, role in ((renderers, Role.RENDER), (perceivers, Role.PERCEPTION)):
+            host.follow(pool, role)
+            pool.wait_any_ready()
+        yield Workers(renderers, perceivers, session)
+
+
+def _pool(serves: Role, timeouts: Timeouts, addresses: tuple[str, ...] = (), security: Security = LOCAL_ONLY) -> Pool:
+    # A host's workers take requests for views from whoever has an agent's key.
+    return Pool(addresses, role=Role.AGENT, serves=serves, timeouts=timeouts, security=security)

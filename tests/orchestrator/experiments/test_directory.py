@@ -18,7 +18,15 @@ def test_an_experiment_is_taken_up_with_what_it_was_begun_with(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "other", [{"frames": 11}, {"split": "test"}, {"seed": 2}, {"depth_noises": ("none",)}, {"frames_a_part": 9}]
+    "other",
+    [
+        {"frames": 11},
+        {"split": "test"},
+        {"seed": 2},
+        {"depth_noises": ("none",)},
+        {"views_a_scene": 2},
+        {"frames_a_part": 9},
+    ],
 )
 def test_other_views_are_refused_with_both_named(tmp_path, other):
     ExperimentDirectory.open_for(tmp_path, RunConfig(), VIEWS)

@@ -7,6 +7,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from orchestrator.experiments.directory import ExperimentDirectory
+from tests.protocol.security.deployment import free_port
 
 pytestmark = pytest.mark.slow
 
@@ -77,3 +78,18 @@ def test_flights_of_an_experiment_carry_the_filter_and_end_in_the_same_table_whe
         if seen and step in (0, 3):
             (first if step == 0 else last).append(deviation)
     assert sum(last) / len(last) < sum(first) / len(first)
+
+
+def test_an_experiment_works_with_the_workers_of_a_host_and_lets_them_go(orchestrator):
+    address = f"tcp://127.0.0.1:{free_port()}"
+    children = [orchestrator.start("host", "--bind", address, rooms=None)]
+    for role in ("render", "perception"):
+        options = ("--bind", f"tcp://127.0.0.1:{free_port()}", "--orchestrator", address, "--name", f"{role}-0")
+        children.append(orchestrator.start(*options, rooms=None, module=f"{role}_worker"))
+    options = ("experiment", "qoe", "--frames", "3", "--out", "e", "--join", address)
+    done = orchestrator.run(*options, rooms=None, patience=PATIENCE)
+    assert done.returncode == 0, done.stderr
+    assert pq.read_table(orchestrator.folder / "e" / "qoe.parquet").num_rows == 3 * 2 * 18
+    for child in children:
+        _, words = child.communicate(timeout=PATIENCE)
+        assert child.returncode == 0, words

@@ -71,6 +71,19 @@ def test_a_scene_has_the_pose_and_the_identity_of_its_view():
     assert len({scene.seed for scene in scenes.values()}) == 250
 
 
+def test_views_in_a_row_can_share_a_scene_and_never_a_place():
+    shared = replace(TEST, views_a_scene=4)
+    chosen = [view(shared, number) for number in range(250)]
+    scenes = scenes_of(shared, chosen, ask)
+    for one in chosen:
+        assert scenes[one.number] == scenes[one.number // 4 * 4]
+        assert (scenes[one.number].scene.identity, scenes[one.number].scene.pose.kind) == (one.identity, one.kind)
+    assert len({scene.seed for scene in scenes.values()}) == 63
+    assert [one.identity for one in chosen[:9]] == [40, 40, 40, 40, 41, 41, 41, 41, 42]
+    assert len({one.viewpoint.angle for one in chosen}) == 250
+    assert [one.viewpoint for one in chosen] == [view(TEST, number).viewpoint for number in range(250)]
+
+
 def test_a_scene_does_not_depend_on_the_views_after_it():
     chosen = [view(TEST, number) for number in range(250)]
     few, many = scenes_of(TEST, chosen[:40], ask), scenes_of(TEST, chosen, ask)
@@ -102,7 +115,8 @@ def test_a_camera_has_the_noise_that_is_asked_for():
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"frames": 0}, {"seed": -1}, {"depth_noises": ()}, {"depth_noises": ("none", "none")}]
+    "wrong",
+    [{"frames": 0}, {"views_a_scene": 0}, {"seed": -1}, {"depth_noises": ()}, {"depth_noises": ("none", "none")}],
 )
 def test_an_impossible_set_of_views_is_refused(wrong):
     with pytest.raises(InvalidInput):
