@@ -1,4 +1,4 @@
-"""What decoding and the quality of estimation cost a frame, on one core.
+"""What decoding, the quality of estimation and its calibration in metres cost a frame, on one core.
 
     python -m benchmarks.quality --frames 200 --bystanders 1
     python -m benchmarks.quality --against ../another-checkout
@@ -27,12 +27,14 @@ from benchmarks.viewpoints import all_views
 from orchestrator.view import camera_at
 from perception_worker import decoding, qoe
 from perception_worker.backend import open_network
+from perception_worker.calibration import open_calibration
 from perception_worker.lifting import lift, windows_around
 from perception_worker.network import NetworkOutput
 from perception_worker.region import Region
 from protocol.arrays import Float64Array
 from protocol.camera import Camera
-from protocol.config import RunConfig
+from protocol.config import RunConfig, settled
+from protocol.errors import Unavailable
 from protocol.frame import Frame
 from protocol.messages import Render
 from render_worker.renderer import open_renderer
@@ -50,6 +52,8 @@ class Recorded(NamedTuple):
     Attributes:
         size: height and width of the picture.
         keypoints: (18, 2) pixels; `points`: (18, 3) metres; `others`: (n, 18, 2) cells, as the quality takes them.
+        spread: (18,) metres of depth around each keypoint.
+        quality: of the joints, as the calibration takes it.
     """
 
     output: NetworkOutput
@@ -57,6 +61,9 @@ class Recorded(NamedTuple):
     keypoints: Float64Array
     points: Float64Array
     others: Any
+    camera: Camera
+    spread: Float64Array
+    quality: qoe.Quality
 
 
 Stage = Callable[[Recorded], Any]
@@ -85,8 +92,11 @@ def _recorded(output: NetworkOutput, frame: Frame, camera: Camera) -> Recorded:
     size, map_size = frame.depth.shape, output.heatmaps.shape[1:]
     people = decoding.decode(output, THRESHOLD)
     keypoints = Region.whole(*size).pixels(people.person, map_size)
-    points = lift(windows_around(frame.depth, keypoints), keypoints, camera)
-    return Recorded(output, size, keypoints, points, qoe.nearest_cells(people.others, map_size))
+    windows = windows_around(frame.depth, keypoints)
+    points = lift(windows, keypoints, camera)
+    quality = qoe.quality_of_estimation(output.heatmaps, qoe.heatmap_cells(keypoints, size, map_size), points)
+    others = qoe.nearest_cells(people.others, map_size)
+    return Recorded(output, size, keypoints, points, others, camera, windows.spread, quality)
 
 
 def stages(decoder: Any = decoding, quality: Any = qoe) -> dict[str, Stage]:
@@ -111,14 +121,32 @@ def stages(decoder: Any = decoding, quality: Any = qoe) -> dict[str, Stage]:
 
 
 def ours() -> dict[str, Stage]:
-    """Our stages, and the quality with other people masked."""
+    """Our stages, the quality with other people masked, and the calibration.
+
+    Raises:
+        Unavailable: none is shipped for the default worker.
+    """
     own = stages()
+    config = RunConfig()
+    calibration = open_calibration(settled(config.perception, config.profile))
+    if calibration is None:
+        raise Unavailable("no calibration is shipped for the default worker")
 
     def masked(view: Recorded) -> Any:
         cells = qoe.heatmap_cells(view.keypoints, view.size, view.output.heatmaps.shape[1:])
         return qoe.quality_of_estimation(view.output.heatmaps, cells, view.points, others=view.others)
 
-    return own | {"qoe, others masked": masked}
+    def calibrated(view: Recorded) -> Any:
+        return calibration.calibrate(
+            view.points,
+            mass=view.quality.mass,
+            height=view.quality.height,
+            distance=view.quality.distance,
+            spread=view.spread,
+            camera=view.camera.pose.position,
+        )
+
+    return own | {"qoe, others masked": masked, "calibrate": calibrated}
 
 
 def timed(staged: Mapping[str, Stage], views: list[Recorded], rounds: int) -> dict[str, Seconds]:

@@ -33,9 +33,9 @@ from protocol.config import RunConfig, settled
 from protocol.errors import InvalidInput
 from protocol.skeleton import JOINT_COUNT
 
-TREES = 120
+TREES = 100
 DEPTH = 5
-LEARNING_RATE = 0.08
+LEARNING_RATE = 0.1
 HELD_OUT = 4
 """Every how manyth person the trees don't see."""
 
