@@ -52,6 +52,10 @@ class OpenVinoEngine:
             raise InvalidConfig(
                 f"perception.network: OpenVINO can't use {file} on images of {rows}×{columns}: {reason}"
             ) from error
+        # OpenVINO would make whole numbers of pixels between 0 and 1, all 0, without a word.
+        if not model.inputs[0].element_type.is_real():
+            kind = model.inputs[0].element_type.get_type_name()
+            raise InvalidConfig(f"perception.network: {file} takes images of {kind}, and ours are of float32")
         self.input_size = rows, columns
         self._names = [output.any_name for output in model.outputs]
         self._compiled = core.compile_model(

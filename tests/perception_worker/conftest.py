@@ -124,12 +124,28 @@ def movenet_of_other_outputs(tmp_path, monkeypatch):
     monkeypatch.setitem(KNOWN, "movenet_lightning", own)
 
 
-def write_network(file, *, nodes, outputs, channels=3, constants=(), size=("h", "w")):
-    def maps(name, count):
-        return helper.make_tensor_value_info(name, TensorProto.FLOAT, ["n", count, *size])
+@pytest.fixture(scope="session")
+def integer_onnx(tmp_path_factory):
+    """A pose network for images of whole numbers."""
+    weights = {"heatmaps": np.ones((19, 3, 1, 1), np.float32), "pafs": np.ones((38, 3, 1, 1), np.float32)}
+    return write_network(
+        tmp_path_factory.mktemp("networks") / "integer.onnx",
+        image_type=TensorProto.INT32,
+        nodes=[
+            helper.make_node("Cast", ["image"], ["real"], to=TensorProto.FLOAT),
+            *(helper.make_node("Conv", ["real", f"{name} weights"], [name]) for name in weights),
+        ],
+        outputs={name: len(values) for name, values in weights.items()},
+        constants=[numpy_helper.from_array(values, f"{name} weights") for name, values in weights.items()],
+    )
+
+
+def write_network(file, *, nodes, outputs, channels=3, constants=(), size=("h", "w"), image_type=TensorProto.FLOAT):
+    def maps(name, count, kind=TensorProto.FLOAT):
+        return helper.make_tensor_value_info(name, kind, ["n", count, *size])
 
     results = [maps(name, count) for name, count in outputs.items()]
-    graph = helper.make_graph(nodes, file.stem, [maps("image", channels)], results, list(constants))
+    graph = helper.make_graph(nodes, file.stem, [maps("image", channels, image_type)], results, list(constants))
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)], ir_version=8)
     file.write_bytes(model.SerializeToString())
     return file

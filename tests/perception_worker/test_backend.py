@@ -102,6 +102,11 @@ class TestUnusableFile:
         with pytest.raises(InvalidConfig, match=r"grey\.onnx on images of 64×96"):
             open_network(replace(config, network=str(grey_onnx), backend=backend))
 
+    @BOTH
+    def test_that_takes_whole_numbers_is_refused(self, config, integer_onnx, backend):
+        with pytest.raises(InvalidConfig, match=r"integer\.onnx"):
+            open_network(replace(config, network=str(integer_onnx), backend=backend))
+
     def test_that_is_not_there_is_named(self, config):
         with pytest.raises(InvalidConfig, match=r"there is no file nowhere\.onnx.* known are openpose_mobilenet_thin"):
             open_network(replace(config, network="nowhere.onnx"))
