@@ -2,12 +2,13 @@
 
 import importlib.util
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from orchestrator.joining import join_of
+from orchestrator.joining import Join, join_of
 from orchestrator.launch import PROCESS_ENVIRONMENT
 from orchestrator.options import (
     AllowedOption,
@@ -22,11 +23,13 @@ from orchestrator.options import (
 from orchestrator.versions import collect_versions
 from protocol.camera import DepthNoise
 from protocol.config import RunConfig, load_config
-from protocol.errors import InvalidInput
+from protocol.errors import InvalidInput, VantageError
 from protocol.scene import Split
 
 if TYPE_CHECKING:
     from orchestrator.experiments.directory import ExperimentDirectory
+    from orchestrator.experiments.parts import Parts
+    from orchestrator.experiments.workers import Workers
 
 experiment_app = typer.Typer(
     help="How far poses and their quality can be trusted, measured on many views.", no_args_is_help=True
@@ -74,7 +77,7 @@ def qoe(
     from orchestrator.experiments import qoe as experiment
     from orchestrator.experiments.directory import ExperimentDirectory, default_path
     from orchestrator.experiments.views import ViewSet
-    from orchestrator.experiments.workers import experiment_workers, with_workers
+    from orchestrator.experiments.workers import with_workers
 
     noises: tuple[DepthNoise, ...] = ("none", "d435i") if noise == "both" else (noise,)
     views = ViewSet(
@@ -89,12 +92,7 @@ def qoe(
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
     parts = experiment.table_parts(directory, views)
     host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
-    with directory.lock(), at_work() as (display, stop):
-        if not parts.is_whole:
-            with experiment_workers(settings, host, display=display, stop=stop) as crew:
-                experiment.observe_views(parts, views, settings, crew)
-                versions = collect_versions(PROCESS_ENVIRONMENT)
-                parts.join(experiment.provenance(settings, views, versions, crew.capabilities()))
+    _complete(directory, parts, settings, host, lambda crew: experiment.observe_views(parts, views, settings, crew))
     _print_results(directory, json)
 
 
@@ -116,9 +114,8 @@ def flights(
     """
     _require_libraries()
     from orchestrator.experiments import flights as flying
-    from orchestrator.experiments import qoe as experiment
     from orchestrator.experiments.directory import ExperimentDirectory
-    from orchestrator.experiments.workers import experiment_workers, with_workers
+    from orchestrator.experiments.workers import with_workers
 
     found = ExperimentDirectory.open(directory)
     views, settings = found.views(), with_workers(found.config(), workers or os.cpu_count() or 1)
@@ -126,12 +123,7 @@ def flights(
     found.require_same(found.flight_set_path, flight_set)
     parts = flying.flight_parts(found, flight_set)
     host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
-    with found.lock(), at_work() as (display, stop):
-        if not parts.is_whole:
-            with experiment_workers(settings, host, display=display, stop=stop) as crew:
-                flying.fly(parts, flight_set, views, settings, crew)
-                versions = collect_versions(PROCESS_ENVIRONMENT)
-                parts.join(experiment.provenance(settings, views, versions, crew.capabilities()))
+    _complete(found, parts, settings, host, lambda crew: flying.fly(parts, flight_set, views, settings, crew))
     _print_results(found, json)
 
 
@@ -155,6 +147,30 @@ def figures(
     from orchestrator.experiments.directory import ExperimentDirectory
 
     _print_results(ExperimentDirectory.open(directory), json, page)
+
+
+def _complete(
+    directory: "ExperimentDirectory",
+    parts: "Parts",
+    settings: RunConfig,
+    host: Join | None,
+    observe: Callable[["Workers"], None],
+) -> None:
+    """Have the parts of a table made that are missing, and the table of them."""
+    from orchestrator.experiments.qoe import provenance
+    from orchestrator.experiments.workers import experiment_workers
+
+    with directory.lock(), at_work() as (display, stop):
+        if parts.is_whole:
+            return
+        try:
+            with experiment_workers(settings, host, display=display, stop=stop) as crew:
+                observe(crew)
+                versions = collect_versions(PROCESS_ENVIRONMENT)
+                parts.join(provenance(settings, directory.views(), versions, crew.capabilities()))
+        except VantageError as error:
+            error.add_note(f"what was observed is kept in {directory.path}: the same command goes on from there")
+            raise
 
 
 def _print_results(directory: "ExperimentDirectory", json: bool, page: Path | None = None) -> None:

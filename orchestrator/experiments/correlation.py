@@ -47,29 +47,35 @@ def auroc(score: Float64Array, positive: BoolArray, person: IntArray, samples: I
     pairs = (samples @ np.bincount(person[positive], minlength=people)) * (
         samples @ np.bincount(person[~positive], minlength=people)
     )
-    won = np.einsum("ri,ij,rj->r", samples, wins, samples, optimize=True)
-    return np.where(pairs > 0, won / np.maximum(pairs, 1), np.nan)
+    return np.where(pairs > 0, _paired(wins, samples) / np.maximum(pairs, 1), np.nan)
 
 
 def _ranks_among(values: Float64Array, others: Float64Array, person: IntArray, people: int) -> Float64Array:
     """(n, people) how many of each person's `others` are below each value, those that are the same by half."""
-    ranks = np.zeros((len(values), people))
-    for number in range(people):
-        own = np.sort(others[person == number])
-        ranks[:, number] = (np.searchsorted(own, values, "left") + np.searchsorted(own, values, "right")) / 2
-    return ranks
+    levels, level = np.unique(np.concatenate([values, others]), return_inverse=True)
+    own, theirs = level[: len(values)], level[len(values) :]
+    count = np.bincount(theirs * people + person, minlength=len(levels) * people).reshape(-1, people)
+    return (np.cumsum(count, axis=0) - count / 2)[own]
 
 
 def _linear(ranks: Float64Array, person: IntArray, samples: IntArray) -> Float64Array:
     """In each sample, the sum of the ranks."""
-    sums = np.stack([ranks[person == number].sum(axis=0) for number in range(samples.shape[1])])
-    return np.einsum("ri,ij,rj->r", samples, sums, samples, optimize=True)
+    return _paired(np.stack([ranks[rows].sum(axis=0) for rows in _rows(person, samples.shape[1])]), samples)
 
 
 def _quadratic(first: Float64Array, second: Float64Array, person: IntArray, samples: IntArray) -> Float64Array:
     """In each sample, the sum of the products of two ranks."""
-    products = np.stack([first[rows].T @ second[rows] for rows in _rows(person, samples.shape[1])])
-    return np.einsum("ri,rj,rk,ijk->r", samples, samples, samples, products, optimize=True)
+    people = samples.shape[1]
+    products = np.stack([first[rows].T @ second[rows] for rows in _rows(person, people)])
+    weights = samples.astype(float)
+    in_sample = (weights @ products.reshape(people, -1)).reshape(-1, people, people)
+    return (np.matmul(in_sample, weights[:, :, None])[:, :, 0] * weights).sum(axis=1)
+
+
+def _paired(sums: Float64Array, samples: IntArray) -> Float64Array:
+    """In each sample, the sum over pairs of people in it."""
+    weights = samples.astype(float)
+    return ((weights @ sums) * weights).sum(axis=1)
 
 
 def _rows(person: IntArray, people: int) -> list[IntArray]:

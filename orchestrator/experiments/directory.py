@@ -34,7 +34,7 @@ class ExperimentDirectory(Struct, frozen=True):
             directory._begin(config, views)
         for told, wanted, words in (
             (directory.views(), views, f"other views ({_words(directory.views())}, not {_words(views)})"),
-            (_what_counts(directory.config()), _what_counts(config), "another configuration (its config.toml)"),
+            (what_counts(directory.config()), what_counts(config), "another configuration (its config.toml)"),
         ):
             if told != wanted:
                 raise InvalidInput(
@@ -152,7 +152,7 @@ def default_path(views: ViewSet) -> Path:
     return Path("runs") / "experiments" / f"qoe-{views.split}-{views.seed}"
 
 
-def _what_counts(config: RunConfig) -> RunConfig:
+def what_counts(config: RunConfig) -> RunConfig:
     """What answers depend on: neither how many workers there are nor how long they are waited for."""
     return replace(
         config,

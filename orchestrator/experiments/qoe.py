@@ -6,7 +6,7 @@ import msgspec
 from msgspec import Struct
 
 from orchestrator.experiments.columns import LIFTINGS, joint_columns, table_of
-from orchestrator.experiments.directory import ExperimentDirectory
+from orchestrator.experiments.directory import ExperimentDirectory, what_counts
 from orchestrator.experiments.parts import Parts
 from orchestrator.experiments.views import SeededScene, View, ViewSet, camera_of, scenes_of, view
 from orchestrator.experiments.workers import Rate, Workers
@@ -57,7 +57,7 @@ def provenance(
 ) -> dict[str, str]:
     """What a table tells of how it was made; nothing of it changes by when or where that was."""
     return {
-        "vantage.config": resolved_toml(config).decode(),
+        "vantage.config": resolved_toml(what_counts(config)).decode(),
         "vantage.views": msgspec.json.encode(views).decode(),
         "vantage.version": versions.vantage,
         "vantage.packages": msgspec.json.encode(versions.packages, order="deterministic").decode(),
