@@ -17,30 +17,11 @@ from perception_worker.network import HEATMAP_CHANNELS, PAF_CHANNELS, NetworkOut
 from protocol.arrays import Float32Array
 from protocol.config import Layout
 from protocol.errors import InvalidConfig
-from protocol.skeleton import JOINT_COUNT, Joint
+from protocol.skeleton import COCO_17, JOINT_COUNT, Joint
 
 LayoutName: TypeAlias = Literal["openpose", "trt_pose"]
 
-TRT_POSE_JOINTS: tuple[Joint, ...] = (
-    Joint.NOSE,
-    Joint.LEFT_EYE,
-    Joint.RIGHT_EYE,
-    Joint.LEFT_EAR,
-    Joint.RIGHT_EAR,
-    Joint.LEFT_SHOULDER,
-    Joint.RIGHT_SHOULDER,
-    Joint.LEFT_ELBOW,
-    Joint.RIGHT_ELBOW,
-    Joint.LEFT_WRIST,
-    Joint.RIGHT_WRIST,
-    Joint.LEFT_HIP,
-    Joint.RIGHT_HIP,
-    Joint.LEFT_KNEE,
-    Joint.RIGHT_KNEE,
-    Joint.LEFT_ANKLE,
-    Joint.RIGHT_ANKLE,
-    Joint.NECK,
-)
+TRT_POSE_JOINTS: tuple[Joint, ...] = (*COCO_17, Joint.NECK)
 """Whose heatmap each channel is."""
 
 # Numbers count from 1, as `human_pose.json` has them.

@@ -17,7 +17,7 @@ from perception_worker.pixels import as_image, fitted
 from protocol.arrays import Float32Array, Float64Array, UInt8Array
 from protocol.config import Pixels
 from protocol.errors import InvalidConfig
-from protocol.skeleton import JOINT_COUNT, Joint
+from protocol.skeleton import COCO_17, JOINT_COUNT, Joint
 
 STRIDE = 4
 """Pixels of a cell, in MoveNet as in BlazePose."""
@@ -54,29 +54,10 @@ class SinglePersonKind:
     presence: bool = False
 
 
-_COCO_17: tuple[Joint, ...] = (
-    Joint.NOSE,
-    Joint.LEFT_EYE,
-    Joint.RIGHT_EYE,
-    Joint.LEFT_EAR,
-    Joint.RIGHT_EAR,
-    Joint.LEFT_SHOULDER,
-    Joint.RIGHT_SHOULDER,
-    Joint.LEFT_ELBOW,
-    Joint.RIGHT_ELBOW,
-    Joint.LEFT_WRIST,
-    Joint.RIGHT_WRIST,
-    Joint.LEFT_HIP,
-    Joint.RIGHT_HIP,
-    Joint.LEFT_KNEE,
-    Joint.RIGHT_KNEE,
-    Joint.LEFT_ANKLE,
-    Joint.RIGHT_ANKLE,
-)
-_MOVENET_CHANNELS = {joint: channel for channel, joint in enumerate(_COCO_17)}
+_MOVENET_CHANNELS = {joint: channel for channel, joint in enumerate(COCO_17)}
 # Of BlazePose's 33 landmarks: the middles of the eyes rather than their corners, and no hands, feet or mouth.
 _LANDMARKS = (0, 2, 5, 7, 8, *range(11, 17), *range(23, 29))
-_BLAZEPOSE_CHANNELS: dict[Joint, int] = dict(zip(_COCO_17, _LANDMARKS, strict=True))
+_BLAZEPOSE_CHANNELS: dict[Joint, int] = dict(zip(COCO_17, _LANDMARKS, strict=True))
 
 MOVENET_LIGHTNING = SinglePersonKind(
     (192, 192), pixels="rgb_signed", channels=17, channel_of=_MOVENET_CHANNELS, threshold=0.2

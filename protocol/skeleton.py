@@ -32,6 +32,27 @@ class Joint(IntEnum):
 
 JOINT_COUNT = len(Joint)
 
+COCO_17: tuple[Joint, ...] = (
+    Joint.NOSE,
+    Joint.LEFT_EYE,
+    Joint.RIGHT_EYE,
+    Joint.LEFT_EAR,
+    Joint.RIGHT_EAR,
+    Joint.LEFT_SHOULDER,
+    Joint.RIGHT_SHOULDER,
+    Joint.LEFT_ELBOW,
+    Joint.RIGHT_ELBOW,
+    Joint.LEFT_WRIST,
+    Joint.RIGHT_WRIST,
+    Joint.LEFT_HIP,
+    Joint.RIGHT_HIP,
+    Joint.LEFT_KNEE,
+    Joint.RIGHT_KNEE,
+    Joint.LEFT_ANKLE,
+    Joint.RIGHT_ANKLE,
+)
+"""COCO's own 17 joints in COCO's order, which has no neck."""
+
 LIMBS: tuple[tuple[Joint, Joint], ...] = (
     (Joint.NECK, Joint.RIGHT_SHOULDER),
     (Joint.NECK, Joint.LEFT_SHOULDER),
