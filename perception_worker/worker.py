@@ -208,7 +208,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _config(chosen: argparse.Namespace) -> RunConfig:
     """The run's configuration, with what the command line says instead."""
     config = RunConfig() if chosen.config is None else load_config(chosen.config)
-    instead = {"network": chosen.network, "frames": chosen.frames}
+    instead = {"network": chosen.network, "calibration": chosen.calibration, "frames": chosen.frames}
     given = {name: value for name, value in instead.items() if value is not None}
     return replace(config, perception=replace(config.perception, **given))
 
@@ -236,6 +236,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--config", type=Path, metavar="FILE", help="the run's configuration; the defaults without it")
     parser.add_argument(
         "--network", metavar="NAME|FILE", help="a name or an ONNX file, in place of the configuration's"
+    )
+    parser.add_argument(
+        "--calibration",
+        metavar="FILE|auto|none",
+        help="what tells errors in metres, in place of the configuration's: a file of 'orchestrator calibration fit', "
+        "the shipped one that fits (auto), or nothing",
     )
     parser.add_argument(
         "--frames",

@@ -3,8 +3,10 @@ import signal
 import threading
 from contextlib import contextmanager
 
+import msgspec
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from perception_worker.perceive import Perceiver
 from perception_worker.worker import PerceptionHandlers, main, render_deadline
@@ -17,6 +19,7 @@ from protocol.messages import Observe, Perceive, Render, Role, State
 from protocol.observation import FilterState
 from protocol.packing import pack
 from protocol.skeleton import Joint
+from tests.perception_worker.calibration.trees import SETTING, stored
 from tests.perception_worker.drawn_maps import DrawnNetwork, person
 from tests.perception_worker.workers import CAMERA, PATIENCE, SCENE, running
 from tests.protocol.registry import Registry, record
@@ -310,6 +313,27 @@ class TestProcess:
         with running("perception_worker", *self.arguments(addresses), "--network", logits_onnx) as process:
             assert "gives logits" in last_error(process)
         assert process.returncode == 2
+
+    def test_with_a_calibration_of_another_setting_ends_by_naming_both(self, addresses, tmp_path):
+        file = tmp_path / "another.msgpack"
+        file.write_bytes(msgspec.msgpack.encode(stored(setting=replace(SETTING, lifting="median"))))
+        with running("perception_worker", *self.arguments(addresses), "--calibration", file) as process:
+            assert "was fitted for" in last_error(process)
+        assert process.returncode == 2
+
+    def test_tells_errors_in_metres_unless_it_is_told_not_to(self, addresses, photographer):
+        told = {}
+        for calibration in ("auto", "none"):
+            with (
+                running("perception_worker", *self.arguments(addresses), "--calibration", calibration),
+                Client(addresses[1], role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENCE) as client,
+            ):
+                told[calibration] = client.call(OBSERVE)
+        located = np.isfinite(told["auto"].points[:, 0])
+        assert (np.isfinite(told["auto"].radius) == located).all()
+        assert (told["auto"].radius[located] > 0).all()
+        assert told["none"].expected_error is None
+        assert told["none"].radius is None
 
     def test_with_an_unknown_setting_ends_by_naming_it(self, addresses, tmp_path):
         config = tmp_path / "config.toml"
