@@ -27,7 +27,7 @@ from benchmarks.viewpoints import all_views
 from orchestrator.view import camera_at
 from perception_worker import decoding, qoe
 from perception_worker.backend import open_network
-from perception_worker.calibration import open_calibration
+from perception_worker.calibration.choice import open_calibration
 from perception_worker.lifting import lift, windows_around
 from perception_worker.network import NetworkOutput
 from perception_worker.region import Region

@@ -13,7 +13,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from perception_worker.backend import input_size, network_name, open_network
-from perception_worker.calibration import open_calibration
+from perception_worker.calibration.choice import open_calibration
 from perception_worker.frames import RenderedFrames, opened_by
 from perception_worker.lifting import LIFTINGS
 from perception_worker.perceive import Perceiver

@@ -1,5 +1,5 @@
 """Uncertainty in metres: an expected error, and a radius that holds the joint, fitted on people of known truth."""
 
-from perception_worker.calibration.calibration import Calibrated, Calibration, open_calibration
+from perception_worker.calibration.calibration import Calibrated, Calibration
 
-__all__ = ["Calibrated", "Calibration", "open_calibration"]
+__all__ = ["Calibrated", "Calibration"]

@@ -12,12 +12,10 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
-from perception_worker.backend import input_size, network_name, peak_threshold
 from perception_worker.calibration.ensemble import Ensemble, StoredEnsemble
 from perception_worker.calibration.features import FEATURES, joint_features
 from protocol.arrays import Float64Array
 from protocol.camera import Vector3
-from protocol.config import PerceptionConfig
 from protocol.errors import ArtifactDamaged, InvalidConfig
 from protocol.observation import Lifting
 from protocol.skeleton import JOINT_COUNT
@@ -132,40 +130,6 @@ class Calibration:
         return Calibrated(error, radius)
 
 
-def setting_of(config: PerceptionConfig) -> Setting:
-    """What a perception worker of this configuration, settled by its profile, asks of a calibration."""
-    rows, columns = input_size(config) or (0, 0)
-    return Setting(
-        network=network_name(config),
-        rows=rows,
-        columns=columns,
-        crop=config.crop,
-        peak_threshold=peak_threshold(config),
-        lifting=msgspec.convert(config.lifting, Lifting),
-    )
-
-
-def open_calibration(config: PerceptionConfig) -> Calibration | None:
-    """The calibration that the configuration names; with `auto`, the shipped one that fits it, if there is one.
-
-    Raises:
-        InvalidConfig: the file can't be read, or was fitted for another setting.
-        ArtifactDamaged: it is no calibration.
-    """
-    wanted = setting_of(config)
-    if config.calibration == "none":
-        return None
-    if config.calibration == "auto":
-        return next((one for one in shipped() if one.setting == wanted), None)
-    calibration = read_calibration(Path(config.calibration))
-    if calibration.setting != wanted:
-        raise InvalidConfig(
-            f"perception.calibration: {config.calibration} was fitted for {_words(calibration.setting)}, "
-            f"this worker has {_words(wanted)}; fit it anew, or choose auto or none"
-        )
-    return calibration
-
-
 def shipped() -> list[Calibration]:
     """All calibrations that come with the package."""
     folder = resources.files("perception_worker.calibration") / _SHIPPED
@@ -192,7 +156,3 @@ def _decode(encoded: bytes, name: str) -> StoredCalibration:
         return msgspec.msgpack.decode(encoded, type=StoredCalibration)
     except msgspec.MsgspecError as error:
         raise ArtifactDamaged(f"{name} is no calibration: {error}") from error
-
-
-def _words(setting: Setting) -> str:
-    return ", ".join(f"{name} {value}" for name, value in msgspec.structs.asdict(setting).items())

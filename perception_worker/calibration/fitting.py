@@ -23,8 +23,8 @@ from perception_worker.calibration.calibration import (
     Provenance,
     Setting,
     StoredCalibration,
-    setting_of,
 )
+from perception_worker.calibration.choice import setting_of
 from perception_worker.calibration.ensemble import Ensemble, StoredEnsemble, stored_ensemble
 from perception_worker.calibration.features import FEATURES, KIND, joint_features
 from protocol.arrays import BoolArray, Float32Array, Float64Array

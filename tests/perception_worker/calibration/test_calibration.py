@@ -1,17 +1,12 @@
 import msgspec
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
-from perception_worker.calibration import calibration
-from perception_worker.calibration.calibration import Calibration, open_calibration, read_calibration, shipped
+from perception_worker.calibration.calibration import Calibration, read_calibration, shipped
 from perception_worker.calibration.ensemble import stored_ensemble
-from protocol.config import PerceptionConfig, settled
 from protocol.errors import ArtifactDamaged, InvalidConfig
 from protocol.skeleton import Joint
-from tests.perception_worker.calibration.trees import SETTING, split, stored
-
-OURS = settled(PerceptionConfig(), "vantage")
+from tests.perception_worker.calibration.trees import split, stored
 
 
 def calibrated(one, points, **given):
@@ -21,13 +16,6 @@ def calibrated(one, points, **given):
 
 def body():
     return np.tile([4.0, 0.0, 1.0], (18, 1))
-
-
-@pytest.fixture
-def file(tmp_path):
-    path = tmp_path / "some.msgpack"
-    path.write_bytes(msgspec.msgpack.encode(stored()))
-    return path
 
 
 class TestCalibrate:
@@ -57,31 +45,7 @@ class TestCalibrate:
             assert not metres.any()
 
 
-class TestOpen:
-    def test_none_is_none(self):
-        assert open_calibration(replace(OURS, calibration="none")) is None
-
-    def test_reads_the_file_that_is_named(self, file):
-        opened = open_calibration(replace(OURS, calibration=str(file)))
-        assert opened is not None
-        assert opened.setting == SETTING
-
-    @pytest.mark.parametrize(
-        "config",
-        [
-            replace(OURS, lifting="mean"),
-            replace(OURS, rows=256),
-            replace(OURS, crop="person"),
-            replace(OURS, peak_threshold=0.2),
-            replace(OURS, network="another.onnx"),
-            replace(OURS, network="movenet_thunder"),
-        ],
-    )
-    def test_refuses_one_that_was_fitted_for_another_setting(self, file, config):
-        with pytest.raises(InvalidConfig, match=r"was fitted for .* this worker has"):
-            open_calibration(replace(config, calibration=str(file)))
-        assert open_calibration(config) is None
-
+class TestRead:
     def test_says_what_it_can_t_read(self, tmp_path):
         with pytest.raises(InvalidConfig, match="can't read"):
             read_calibration(tmp_path / "nowhere.msgpack")
@@ -100,25 +64,14 @@ class TestOpen:
 
 
 class TestShipped:
-    def test_fits_the_default_worker(self):
-        opened = open_calibration(OURS)
-        assert opened is not None
-        assert set(opened.provenance.fitted_on).isdisjoint(opened.provenance.calibrated_on)
-        assert max(*opened.provenance.fitted_on, *opened.provenance.calibrated_on) < 40
-
     def test_is_one_for_each_setting(self):
         settings = [msgspec.json.encode(one.setting) for one in shipped()]
         assert len(settings) == len(set(settings))
 
     def test_expects_more_of_a_wrist_that_lies_on_the_wall(self):
         points = body() + np.random.default_rng(0).normal(scale=0.2, size=(18, 3))
-        near = calibrated(open_calibration(OURS), points)
+        near = calibrated(shipped()[0], points)
         points[Joint.LEFT_WRIST, 0] += 3.0
-        far = calibrated(open_calibration(OURS), points)
+        far = calibrated(shipped()[0], points)
         assert far.expected_error[Joint.LEFT_WRIST] > 2 * near.expected_error[Joint.LEFT_WRIST]
         assert far.radius[Joint.LEFT_WRIST] > 1.0
-
-
-def test_what_is_left_to_the_network_is_the_same_setting_as_its_own_values():
-    assert calibration.setting_of(replace(OURS, rows=240, columns=320, peak_threshold=0.1)) == SETTING
-    assert calibration.setting_of(OURS) == SETTING

@@ -5,7 +5,8 @@ import pytest
 from msgspec import msgpack
 
 from perception_worker.calibration.__main__ import main
-from perception_worker.calibration.calibration import Calibration, open_calibration
+from perception_worker.calibration.calibration import Calibration
+from perception_worker.calibration.choice import open_calibration
 from protocol.config import PerceptionConfig, RunConfig, settled
 from protocol.errors import InvalidInput
 
