@@ -41,22 +41,7 @@ class OpenVinoEngine:
             InvalidConfig: the file can't be read, or takes no image of this size.
         """
         core = openvino.Core()
-        rows, columns = input_size or default_size
-        try:
-            model = core.read_model(file)
-            if input_size is None:
-                rows, columns = _own_size(model) or default_size
-            model.reshape([1, 3, rows, columns])
-        except RuntimeError as error:
-            reason = str(error).strip().splitlines()[-1]
-            raise InvalidConfig(
-                f"perception.network: OpenVINO can't use {file} on images of {rows}×{columns}: {reason}"
-            ) from error
-        # OpenVINO would make whole numbers of pixels between 0 and 1, all 0, without a word.
-        if not model.inputs[0].element_type.is_real():
-            kind = model.inputs[0].element_type.get_type_name()
-            raise InvalidConfig(f"perception.network: {file} takes images of {kind}, and ours are of float32")
-        self.input_size = rows, columns
+        model, self.input_size = _read(core, file, input_size, default_size)
         self._names = [output.any_name for output in model.outputs]
         self._compiled = core.compile_model(
             model,
@@ -71,7 +56,7 @@ class OpenVinoEngine:
         self._local = threading.local()
         # The first look at a tensor's data initialises the binding: two threads that do so at once wait for each other
         # for ever, Python's lock held, and the process answers no ping any more.
-        self.outputs = shapes_of(self.run(np.zeros((3, rows, columns), np.float32)))
+        self.outputs = shapes_of(self.run(np.zeros((3, *self.input_size), np.float32)))
 
     def run(self, image: Float32Array) -> Outputs:
         """What the network gives for an image (3, rows, columns), by name and without the batch's dimension."""
@@ -85,6 +70,28 @@ class OpenVinoEngine:
         if not hasattr(self._local, "request"):
             self._local.request = self._compiled.create_infer_request()
         return self._local.request
+
+
+def _read(
+    core: openvino.Core, file: Path, wanted: tuple[int, int] | None, default: tuple[int, int]
+) -> tuple[openvino.Model, tuple[int, int]]:
+    """The network for images of one size, and that size."""
+    rows, columns = wanted or default
+    try:
+        model = core.read_model(file)
+        if wanted is None:
+            rows, columns = _own_size(model) or default
+        model.reshape([1, 3, rows, columns])
+    except RuntimeError as error:
+        reason = str(error).strip().splitlines()[-1]
+        raise InvalidConfig(
+            f"perception.network: OpenVINO can't use {file} on images of {rows}×{columns}: {reason}"
+        ) from error
+    # OpenVINO would make whole numbers of pixels between 0 and 1, all 0, without a word.
+    if not model.inputs[0].element_type.is_real():
+        kind = model.inputs[0].element_type.get_type_name()
+        raise InvalidConfig(f"perception.network: {file} takes images of {kind}, and ours are of float32")
+    return model, (rows, columns)
 
 
 def _own_size(model: openvino.Model) -> tuple[int, int] | None:
