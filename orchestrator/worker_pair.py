@@ -6,16 +6,10 @@ from contextlib import contextmanager
 from msgspec import Struct
 from msgspec.structs import replace
 
-from orchestrator.fleet import Fleet
-from orchestrator.launch import Launch, registry_address, worker_launches
+from orchestrator.launch import Launch
 from orchestrator.live_display import Display
-from orchestrator.registry import Registry, serve_registry
-from orchestrator.run_directory import resolved_toml
-from orchestrator.session import Session
-from orchestrator.socket_directory import socket_directory
+from orchestrator.local_workers import local_workers
 from orchestrator.stop_request import StopRequest
-from orchestrator.supervisor import Supervisor
-from protocol.artifact import cache_directory
 from protocol.client import Client
 from protocol.config import RunConfig
 from protocol.messages import Role
@@ -41,16 +35,8 @@ def worker_pair(config: RunConfig, *, display: Display, stop: StopRequest) -> Ge
     """
     config = replace(config, render=replace(config.render, workers=1), perception=replace(config.perception, workers=1))
     timeouts = Timeouts.from_config(config.timeouts)
-    with (
-        socket_directory() as sockets,
-        serve_registry(Registry(timeouts.liveness), registry_address(sockets), timeouts),
-        Fleet(cache_directory() / "logs", stop) as fleet,
-        Supervisor(fleet, config.supervision, timeouts) as supervisor,
-    ):
-        config_path = sockets / "config.toml"
-        config_path.write_bytes(resolved_toml(config))
-        render, perception = worker_launches(config, config_path, sockets)
-        Session(fleet, supervisor, display, stop).start_workers((render, perception))
+    with local_workers(config, timeouts, display=display, stop=stop) as (launches, _):
+        render, perception = launches
         with _client(render, timeouts) as renderer, _client(perception, timeouts) as perceiver:
             yield WorkerPair(renderer, perceiver)
 

@@ -11,12 +11,10 @@ from msgspec.structs import replace
 
 from orchestrator.fleet import Fleet
 from orchestrator.joining import Join, JoinedHost, dismiss
-from orchestrator.launch import addresses, registry_address, worker_launches
+from orchestrator.launch import addresses
 from orchestrator.live_display import Display, FrameCount, Snapshot
-from orchestrator.registry import Registry, serve_registry
-from orchestrator.run_directory import resolved_toml
+from orchestrator.local_workers import local_workers
 from orchestrator.session import Session
-from orchestrator.socket_directory import socket_directory
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervisor import Supervisor
 from protocol.artifact import cache_directory
@@ -157,21 +155,11 @@ def experiment_workers(
 @contextmanager
 def _started(config: RunConfig, timeouts: Timeouts, display: Display, stop: StopRequest) -> Generator[Workers]:
     with (
-        socket_directory() as sockets,
-        serve_registry(Registry(timeouts.liveness), registry_address(sockets), timeouts),
-        Fleet(cache_directory() / "logs", stop) as fleet,
-        Supervisor(fleet, config.supervision, timeouts) as supervisor,
+        local_workers(config, timeouts, display=display, stop=stop) as (launches, session),
+        _pool(Role.RENDER, timeouts, addresses(launches, Role.RENDER)) as renderers,
+        _pool(Role.PERCEPTION, timeouts, addresses(launches, Role.PERCEPTION)) as perceivers,
     ):
-        config_path = sockets / "config.toml"
-        config_path.write_bytes(resolved_toml(config))
-        launches = worker_launches(config, config_path, sockets)
-        session = Session(fleet, supervisor, display, stop)
-        session.start_workers(launches)
-        with (
-            _pool(Role.RENDER, timeouts, addresses(launches, Role.RENDER)) as renderers,
-            _pool(Role.PERCEPTION, timeouts, addresses(launches, Role.PERCEPTION)) as perceivers,
-        ):
-            yield Workers(renderers, perceivers, session)
+        yield Workers(renderers, perceivers, session)
 
 
 @contextmanager

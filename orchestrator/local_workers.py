@@ -1,0 +1,48 @@
+"""Workers of this machine outside of any run: for a few pictures, or an experiment's many."""
+
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+from typing import NamedTuple
+
+from orchestrator.fleet import Fleet
+from orchestrator.launch import Launch, registry_address, worker_launches
+from orchestrator.live_display import Display
+from orchestrator.registry import Registry, serve_registry
+from orchestrator.run_directory import resolved_toml
+from orchestrator.session import Session
+from orchestrator.socket_directory import socket_directory
+from orchestrator.stop_request import StopRequest
+from orchestrator.supervisor import Supervisor
+from protocol.artifact import cache_directory
+from protocol.config import RunConfig
+from protocol.timeouts import Timeouts
+
+
+class LocalWorkers(NamedTuple):
+    """The workers as they were started, and the session that attends to them."""
+
+    launches: Sequence[Launch]
+    session: Session
+
+
+@contextmanager
+def local_workers(
+    config: RunConfig, timeouts: Timeouts, *, display: Display, stop: StopRequest
+) -> Generator[LocalWorkers]:
+    """The workers that a configuration asks for, ready and supervised; none is left when this ends.
+
+    Raises:
+        ProcessFailed, DeadlineExceeded, Interrupted: as for a training.
+    """
+    with (
+        socket_directory() as sockets,
+        serve_registry(Registry(timeouts.liveness), registry_address(sockets), timeouts),
+        Fleet(cache_directory() / "logs", stop) as fleet,
+        Supervisor(fleet, config.supervision, timeouts) as supervisor,
+    ):
+        config_path = sockets / "config.toml"
+        config_path.write_bytes(resolved_toml(config))
+        launches = worker_launches(config, config_path, sockets)
+        session = Session(fleet, supervisor, display, stop)
+        session.start_workers(launches)
+        yield LocalWorkers(launches, session)
