@@ -8,7 +8,7 @@ coordinate is a filter of its own.
 import numpy as np
 
 from protocol.arrays import Float64Array
-from protocol.observation import BASE_PROCESS_NOISE, FilterState
+from protocol.observation import BASE_PROCESS_NOISE, FARTHEST, FilterState
 
 PROCESS_NOISE_GROWTH = 0.001
 """m² added to a joint's process noise by each frame that doesn't locate it."""
@@ -27,7 +27,8 @@ def update(state: FilterState, points: Float64Array, quality: Float64Array) -> F
 
     Source: seed, section 3.3.4; open points as decided in docs/qoe.md.
     """
-    located = np.all(np.isfinite(points), axis=1)
+    # A comparison with NaN is false. What is beyond all distances is nowhere.
+    located = np.all(np.abs(points) <= FARTHEST, axis=1)
     # A joint has its initial variance until it is first seen: nothing is known of it that could be forgotten.
     predicted = state.variance + np.where(state.seen, state.process_noise, 0.0)[:, None]
     noise = np.maximum(1.0 - quality, LEAST_OBSERVATION_NOISE)[:, None]

@@ -2,9 +2,10 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from typing import cast
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,13 +14,14 @@ from perception_worker.calibration import Calibrated, Calibration
 from perception_worker.lifting import Windows, lift, windows_around
 from perception_worker.network import Network, NetworkOutput
 from perception_worker.qoe import Quality, distance_quality, heatmap_cells, nearest_cells, quality_of_estimation
-from perception_worker.region import Region, around_person
+from perception_worker.region import around_person
 from perception_worker.stopwatch import Clock, Stopwatch
 from protocol.arrays import Float64Array, UInt8Array
 from protocol.camera import Camera
 from protocol.config import PerceptionConfig, Profile, settled
 from protocol.frame import Frame
 from protocol.observation import FilterState, Lifting, Observation, Reading
+from protocol.region import Region
 
 LEAST_TO_CROP = 3
 """Joints that a look at a frame must find to be believed: fewer are nobody to look closer at, or somebody lost."""
@@ -97,7 +99,7 @@ class Perceiver:
             quality=quality.combined,
             filter=updated,
             heatmaps=sight.output.heatmaps if heatmaps else None,
-            heatmap_area=astuple(sight.region) if heatmaps else None,
+            heatmap_area=msgspec.structs.astuple(sight.region) if heatmaps else None,
             joints=frame.joints,
             visible=frame.visible,
             timings=watch.seconds,

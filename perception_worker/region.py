@@ -1,43 +1,13 @@
-"""The part of a frame that the network looks at, and the way between its cells and the frame's pixels."""
-
-from dataclasses import dataclass
+"""The part of a frame that the network looks at."""
 
 import numpy as np
 
-from protocol.arrays import Float64Array, UInt8Array
+from protocol.arrays import Float64Array
+from protocol.region import Region
 
 _MARGIN_SIDEWAYS, _MARGIN_UPRIGHT = 0.25, 0.18
 _LEAST_SIDE = 96
 """Pixels. A smaller crop would show the network nothing but a blur."""
-
-
-@dataclass(frozen=True)
-class Region:
-    """A rectangle of whole pixels inside a frame."""
-
-    left: int
-    top: int
-    width: int
-    height: int
-
-    @classmethod
-    def whole(cls, height: int, width: int) -> "Region":
-        """All of a frame."""
-        return cls(0, 0, width, height)
-
-    def part(self, rgb: UInt8Array) -> UInt8Array:
-        """What a picture (rows, columns, 3) shows of the region; no copy."""
-        return rgb[self.top : self.top + self.height, self.left : self.left + self.width]
-
-    def pixels(self, cells: Float64Array, map_size: tuple[int, int]) -> Float64Array:
-        """Columns and rows of a map of the region (n, 2), centres at integers, to pixels x and y of the frame."""
-        rows, columns = map_size
-        scale = np.array([self.width / columns, self.height / rows])
-        return (cells + 0.5) * scale - 0.5 + (self.left, self.top)
-
-    def inside(self, pixels: Float64Array) -> Float64Array:
-        """Pixels of the frame (n, 2) as pixels of the region."""
-        return pixels - (self.left, self.top)
 
 
 def around_person(keypoints: Float64Array, frame: Region, aspect: float) -> Region:

@@ -2,9 +2,13 @@
 
 from typing import Literal, TypeAlias, get_args
 
+from msgspec.structs import replace
+
 from protocol.arrays import BoolArray, Float32Array, Float64Array, UInt8Array, require_shape
 from protocol.camera import Camera
+from protocol.errors import InvalidInput
 from protocol.message import Reply, Value
+from protocol.region import Region, require_in_picture
 from protocol.skeleton import JOINT_COUNT
 
 PackedEncoding: TypeAlias = Literal["lossless", "jpeg"]
@@ -18,7 +22,7 @@ class Packed(Value, frozen=True, eq=False, kw_only=True):
     """A picture made smaller for its way; `protocol.packing` makes it and opens it.
 
     Attributes:
-        rgb, depth: (n,) bytes. The size of the picture is its camera's.
+        rgb, depth: (n,) bytes. The size of the picture is that of the frame's area.
     """
 
     encoding: PackedEncoding
@@ -31,7 +35,9 @@ class Packed(Value, frozen=True, eq=False, kw_only=True):
 
 
 class Frame(Reply, frozen=True, eq=False, kw_only=True):
-    """An RGB-D picture and the camera that took it.
+    """An RGB-D picture, or a part of one, and the camera that took it.
+
+    Whatever is said of a frame in pixels is said in those of the whole picture.
 
     Attributes:
         rgb: (height, width, 3); (0, 0, 3) where it is packed.
@@ -41,6 +47,8 @@ class Frame(Reply, frozen=True, eq=False, kw_only=True):
         visible: (18,) whether the camera sees that joint, with `joints`.
         timings: seconds by stage.
         packed: the picture, in place of `rgb` and `depth`.
+        region: the part of the camera's picture that this is, whose size `rgb` and `depth` then have; all of it where
+            there is none.
     """
 
     rgb: UInt8Array
@@ -50,15 +58,36 @@ class Frame(Reply, frozen=True, eq=False, kw_only=True):
     visible: BoolArray | None = None
     timings: dict[str, float] = {}
     packed: Packed | None = None
+    region: Region | None = None
 
     def __post_init__(self) -> None:
-        size = (self.camera.intrinsics.height, self.camera.intrinsics.width) if self.packed is None else (0, 0)
+        if self.region is not None:
+            require_in_picture(self.region, self.camera.intrinsics)
+        size = self.area.shape if self.packed is None else (0, 0)
         require_shape("rgb", self.rgb, (*size, 3))
         require_shape("depth", self.depth, size)
         if self.joints is not None:
             require_shape("joints", self.joints, (JOINT_COUNT, 3))
         if self.visible is not None:
             require_shape("visible", self.visible, (JOINT_COUNT,))
+
+    @property
+    def area(self) -> Region:
+        """What it shows of the camera's picture."""
+        return self.region or Region.seen_by(self.camera.intrinsics)
+
+    def part(self, region: Region) -> "Frame":
+        """What it shows of a region; the arrays are not copied.
+
+        Raises:
+            InvalidInput: it does not show all of that, or is packed.
+        """
+        if region == self.area:
+            return self
+        if self.packed is not None or not region.is_within(self.area):
+            raise InvalidInput(f"{region} can't be cut out of a frame of {self.area} that came as {self.encoding}")
+        inner = region.within(self.area)
+        return replace(self, rgb=inner.part(self.rgb), depth=inner.part(self.depth), region=region)
 
     @property
     def encoding(self) -> Encoding:

@@ -12,6 +12,7 @@ from protocol.camera import Camera
 from protocol.frame import Encoding, Frame
 from protocol.message import Reply, Request
 from protocol.observation import FilterState, Lifting, Observation
+from protocol.region import Region, require_in_picture
 from protocol.scene import MOST_BYSTANDERS, Scene, Split
 
 PROTOCOL_VERSION = 1
@@ -113,13 +114,19 @@ class SampleScene(Request[Sampled], frozen=True, eq=False, kw_only=True):
 class Render(Request[Frame], frozen=True, eq=False, kw_only=True):
     """Draw a scene as a camera sees it; with `truth`, the frame has the true joints and which of them are visible.
 
-    The frame may be packed by `encoding`, or not at all: a worker that does not know the field answers as ever.
+    The frame may be packed by `encoding`, or not at all, and be the part `region` of the picture, or all of it: a
+    worker that does not know these fields answers as ever. A part has the bytes that the whole picture has there.
     """
 
     scene: Scene
     camera: Camera
     truth: bool = False
     encoding: Encoding = "none"
+    region: Region | None = None
+
+    def __post_init__(self) -> None:
+        if self.region is not None:
+            require_in_picture(self.region, self.camera.intrinsics)
 
 
 class Perceive(Request[Observation], frozen=True, eq=False, kw_only=True):

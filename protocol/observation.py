@@ -17,6 +17,10 @@ INITIAL_VARIANCE = 1.0
 BASE_PROCESS_NOISE = 0.01
 
 
+FARTHEST = 1e6
+"""Metres from the world's origin, beyond which no filter is."""
+
+
 class FilterState(Value, frozen=True, eq=False):
     """The Kalman filter over 18 joints at rest (seed, section 3.3.4). It travels: out with a request, back updated.
 
@@ -37,6 +41,12 @@ class FilterState(Value, frozen=True, eq=False):
         require_shape("variance", self.variance, (JOINT_COUNT, 3))
         require_shape("process_noise", self.process_noise, (JOINT_COUNT,))
         require_shape("seen", self.seen, (JOINT_COUNT,))
+        # Comparisons with NaN are false.
+        if not (np.abs(self.mean) <= FARTHEST).all():
+            raise ValueError(f"a filter's mean must be finite and within {FARTHEST:.0e} m of the world's origin")
+        for name in ("variance", "process_noise"):
+            if not ((getattr(self, name) >= 0.0) & (getattr(self, name) <= FARTHEST**2)).all():
+                raise ValueError(f"a filter's {name} must be finite and not negative")
 
     @classmethod
     def initial(cls, mean: Vector3 = (0.0, 0.0, 0.0)) -> "FilterState":

@@ -33,13 +33,13 @@ def unpack(frame: Frame, limits: Limits = DEFAULT_LIMITS) -> Frame:
 
     Raises:
         LimitExceeded: its arrays are larger than those that may travel.
-        MalformedMessage: what is packed is no picture of the camera's size.
+        MalformedMessage: what is packed is no picture of the frame's size.
     """
     packed = frame.packed
     if packed is None:
         return frame
     _require_size(frame, limits)
-    size = (frame.camera.intrinsics.height, frame.camera.intrinsics.width)
+    size = frame.area.shape
     rgb = (decompress_jpeg if packed.encoding == "jpeg" else decompress_colours)(packed.rgb, *size)
     depth = decompress_depth(packed.depth, *size)
     rgb.flags.writeable = depth.flags.writeable = False
@@ -48,11 +48,11 @@ def unpack(frame: Frame, limits: Limits = DEFAULT_LIMITS) -> Frame:
 
 def _require_size(frame: Frame, limits: Limits) -> None:
     """What is not taken as it is, is not taken packed: a few bytes may announce any size."""
-    intrinsics = frame.camera.intrinsics
-    pixels = intrinsics.height * intrinsics.width
+    rows, columns = frame.area.shape
+    pixels = rows * columns
     colours, depth = 3 * pixels, 4 * pixels
     if max(colours, depth) > limits.array_bytes or colours + depth > limits.message_bytes:
         raise LimitExceeded(
-            f"a packed picture of {intrinsics.width}×{intrinsics.height} pixels takes arrays of {colours} and {depth} "
+            f"a packed picture of {columns}×{rows} pixels takes arrays of {colours} and {depth} "
             f"bytes; {limits.array_bytes} are allowed each, {limits.message_bytes} together"
         )

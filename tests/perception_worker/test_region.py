@@ -3,50 +3,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from perception_worker.qoe import heatmap_cell
-from perception_worker.region import Region, around_person
+from perception_worker.region import around_person
+from protocol.region import Region
 
 WHOLE = Region.whole(480, 640)
-
-
-def sides(largest):
-    return st.integers(8, largest)
-
-
-@st.composite
-def regions(draw):
-    width, height = draw(sides(640)), draw(sides(480))
-    return Region(draw(st.integers(0, 640 - width)), draw(st.integers(0, 480 - height)), width, height)
-
-
-class TestPixels:
-    def test_a_cell_s_centre_is_the_centre_of_the_pixels_that_it_covers(self):
-        # Cell 0 of 40 covers the pixels 0 to 15 of 640, whose centre is at 7.5; cell (39, 29) ends at (639, 479).
-        pixels = WHOLE.pixels(np.array([[0.0, 0.0], [39.0, 29.0], [0.5, 1.0]]), (30, 40))
-        assert pixels == pytest.approx(np.array([[7.5, 7.5], [631.5, 471.5], [15.5, 23.5]]))
-
-    def test_of_a_crop_are_moved_and_scaled_with_it(self):
-        # 4 pixels to a cell: the first covers columns 100 to 103.
-        pixels = Region(100, 50, 160, 120).pixels(np.array([[0.0, 0.0]]), (30, 40))
-        assert pixels == pytest.approx(np.array([[101.5, 51.5]]))
-
-    @given(regions(), st.integers(0, 29), st.integers(0, 39))
-    def test_of_a_cell_s_centre_fall_back_into_the_cell(self, region, row, column):
-        pixel = region.inside(region.pixels(np.array([[column, row]], float), (30, 40)))[0]
-        # Where a cell is smaller than a pixel, its centre may belong to the pixel before.
-        if region.width > 40 and region.height > 30:
-            assert heatmap_cell(pixel, (region.height, region.width), (30, 40)) == (row, column)
-
-    def test_that_are_nowhere_stay_nowhere(self):
-        assert np.isnan(WHOLE.pixels(np.full((2, 2), np.nan), (30, 40))).all()
-
-
-def test_a_part_of_a_picture_is_what_the_region_shows():
-    rgb = np.zeros((480, 640, 3), np.uint8)
-    rgb[100:148, 200:264] = 10, 20, 30
-    part = Region(200, 100, 64, 48).part(rgb)
-    assert part.shape == (48, 64, 3)
-    assert (part == (10, 20, 30)).all()
 
 
 class TestAroundPerson:

@@ -31,6 +31,7 @@ from protocol.messages import (
     Workers,
 )
 from protocol.observation import FilterState, Observation, Reading
+from protocol.region import Region
 from protocol.scene import Arm, BodyPose, Figure, Head, Leg, Scene, Sun
 
 CAMERA = Camera(
@@ -100,6 +101,11 @@ def packed_picture() -> Frame:
     )
 
 
+def part_of_picture() -> Frame:
+    """The middle of a frame, alone."""
+    return picture().part(Region(left=2, top=1, width=4, height=3))
+
+
 def observation() -> Observation:
     """An observation in which some joints were not found."""
     keypoints = np.arange(36, dtype=float).reshape(18, 2)
@@ -157,9 +163,10 @@ def samples() -> tuple[Message, ...]:
         Dismissed(),
         SampleScene(seed=2**40, split="test", bystanders=2),
         Sampled(scene=SCENE),
-        Render(scene=SCENE, camera=CAMERA, truth=True, encoding="lossless"),
+        Render(scene=SCENE, camera=CAMERA, truth=True, encoding="lossless", region=Region(2, 1, 4, 3)),
         picture(),
         packed_picture(),
+        part_of_picture(),
         Perceive(frame=picture(), filter=FilterState.initial(), heatmaps=True, liftings=("median",)),
         Observe(
             scene=SCENE,

@@ -35,7 +35,8 @@ from protocol.messages import (
     WorkerRecord,
     Workers,
 )
-from protocol.observation import FilterState, Lifting, Observation, Reading
+from protocol.observation import FARTHEST, FilterState, Lifting, Observation, Reading
+from protocol.region import Region
 from protocol.scene import MOST_BYSTANDERS, Arm, BodyPose, Figure, Head, Leg, Scene, Sun
 
 finite = st.floats(allow_nan=False, allow_infinity=False, width=32)
@@ -98,8 +99,18 @@ scene = st.builds(
     background=name,
     bystanders=st.lists(figure, max_size=2).map(tuple),
 )
+
+
+def bounded64(lowest: float, highest: float, *shape: int):
+    return nps.arrays(np.float64, shape, elements=st.floats(lowest, highest))
+
+
 filter_state = st.builds(
-    FilterState, mean=floats64(18, 3), variance=floats64(18, 3), process_noise=floats64(18), seen=flags
+    FilterState,
+    mean=bounded64(-FARTHEST, FARTHEST, 18, 3),
+    variance=bounded64(0.0, FARTHEST**2, 18, 3),
+    process_noise=bounded64(0.0, FARTHEST**2, 18),
+    seen=flags,
 )
 role = st.sampled_from(Role)
 record = st.builds(
@@ -108,9 +119,29 @@ record = st.builds(
 
 
 @st.composite
+def regions(draw: st.DrawFn, height: int, width: int) -> Region:
+    """Any part of a picture of that size."""
+    rows, columns = draw(st.integers(1, height)), draw(st.integers(1, width))
+    return Region(draw(st.integers(0, width - columns)), draw(st.integers(0, height - rows)), columns, rows)
+
+
+@st.composite
+def renders(draw: st.DrawFn) -> Render:
+    taken_by = draw(camera)
+    return Render(
+        scene=draw(scene),
+        camera=taken_by,
+        truth=draw(st.booleans()),
+        encoding=draw(st.sampled_from(ENCODINGS)),
+        region=draw(st.none() | regions(taken_by.intrinsics.height, taken_by.intrinsics.width)),
+    )
+
+
+@st.composite
 def frames(draw: st.DrawFn) -> Frame:
     taken_by = draw(camera)
-    size = (taken_by.intrinsics.height, taken_by.intrinsics.width)
+    region = draw(st.none() | regions(taken_by.intrinsics.height, taken_by.intrinsics.width))
+    size = (region or Region.seen_by(taken_by.intrinsics)).shape
     return Frame(
         rgb=draw(nps.arrays(np.uint8, (*size, 3))),
         depth=draw(floats32(*size)),
@@ -118,6 +149,7 @@ def frames(draw: st.DrawFn) -> Frame:
         joints=draw(joints),
         visible=draw(visible),
         timings=draw(timings),
+        region=region,
     )
 
 
@@ -194,7 +226,7 @@ MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
         SampleScene, seed=whole, split=st.sampled_from(["train", "test"]), bystanders=st.integers(0, MOST_BYSTANDERS)
     ),
     Sampled: st.builds(Sampled, scene=scene),
-    Render: st.builds(Render, scene=scene, camera=camera, truth=st.booleans(), encoding=st.sampled_from(ENCODINGS)),
+    Render: renders(),
     Frame: frames() | packed_frames,
     Perceive: st.builds(
         Perceive,
