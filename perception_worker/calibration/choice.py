@@ -4,7 +4,7 @@ from pathlib import Path
 
 import msgspec
 
-from perception_worker.backend import input_size, network_name, peak_threshold
+from perception_worker.backend import input_size, network_name, peak_threshold, region_size
 from perception_worker.calibration.calibration import Calibration, Setting, read_calibration, shipped
 from protocol.config import PerceptionConfig
 from protocol.errors import InvalidConfig
@@ -18,7 +18,8 @@ def setting_of(config: PerceptionConfig) -> Setting:
         network=network_name(config),
         rows=rows,
         columns=columns,
-        crop=config.crop,
+        look=config.look,
+        region=(region_size(config) or rows) if config.look == "track" else 0,
         peak_threshold=peak_threshold(config),
         lifting=msgspec.convert(config.lifting, Lifting),
     )
