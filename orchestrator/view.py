@@ -133,8 +133,8 @@ def camera_at(viewpoint: Viewpoint, scene: Scene, environment: EnvironmentConfig
 def a_step_before(camera: Camera, environment: EnvironmentConfig, random: np.random.Generator) -> Camera:
     """Where a flying camera would have been a step before: at most `LONGEST_STEP` away, turned to the same target.
 
-    It keeps the distance along the ground and the altitudes that a flight keeps, or the camera's own where that is nearer,
-    lower or higher.
+    It keeps the distance along the ground and the altitudes that a flight keeps, or the camera's own where that is
+    nearer, lower or higher.
     """
     here, target = np.array(camera.pose.position), np.array(camera.pose.target)
     nearest = min(environment.keep_out, float(np.hypot(*(here - target)[:2])))
