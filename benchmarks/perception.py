@@ -46,9 +46,13 @@ _WHOLE, _TRACK = PerceptionConfig(look="whole", calibration="none"), PerceptionC
 WHOLE, TRACK = "openpose_mobilenet_thin, whole", "openpose_mobilenet_thin, track"
 
 SIZES: dict[str, PerceptionConfig] = {
-    f"{TRACK} at {side}×{side}": replace(_TRACK, region=side) for side in (128, 160, 192, 224, 256)
+    f"{TRACK} at {rows}×{columns}": replace(_TRACK, region_rows=rows, region_columns=columns)
+    for rows, columns in (
+        *((side, side) for side in (128, 160, 192, 224, 256)),
+        *((rows, columns) for rows, columns in ((160, 112), (176, 128), (192, 128), (192, 144), (224, 160))),
+    )
 }
-"""The network's size for the region, by which the default was chosen."""
+"""The network's size for the region, from which the default was chosen."""
 
 OTHERS: dict[str, PerceptionConfig] = {
     "openpose_mobilenet_thin, bf16, whole": replace(_WHOLE, precision="bf16"),
@@ -157,23 +161,24 @@ def looks(
 
 
 def speeds(networks: Mapping[str, PerceptionConfig], pictures: Sequence[UInt8Array], progress: Progress) -> Seconds:
-    """Seconds of each picture by network and engine, in turns: one look, at a whole frame or at a region of 300×300."""
+    """Seconds of each picture by network and engine, in turns: one look, at a whole frame or at a region of 360×260."""
     timed = {
         f"{name}|{engine}": (open_network(replace(_of_look(config), **options)), config.look)
         for name, config in networks.items()
         for engine, options in ENGINES.items()
-        if (config.look == "whole" or config.region) and (config.precision == "f32" or "openvino" in options.values())
+        if (config.look == "whole" or config.region_rows)
+        and (config.precision == "f32" or "openvino" in options.values())
     }
     seconds: Seconds = {name: [] for name in timed}
     for picture in progress.track(pictures, description="frames a second"):
         for name, (network, own) in timed.items():
-            seconds[name].append(_timed(network, picture if own == "whole" else picture[90:390, 170:470]))
+            seconds[name].append(_timed(network, picture if own == "whole" else picture[60:420, 190:450]))
     return seconds
 
 
 def _of_look(config: PerceptionConfig) -> PerceptionConfig:
-    side = config.region
-    return config if config.look == "whole" else replace(config, rows=side, columns=side)
+    region = {"rows": config.region_rows, "columns": config.region_columns}
+    return config if config.look == "whole" else replace(config, **region)
 
 
 def _timed(network: Network, picture: UInt8Array) -> float:

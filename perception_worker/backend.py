@@ -30,8 +30,8 @@ DEFAULT_SIZE = 240, 320
 DEFAULT_SEARCH = 320, 424
 """Likewise, of whoever looks at a whole frame only to find the person in it."""
 
-DEFAULT_REGION = 160
-"""Rows and columns of the region around a person, likewise (docs/decisions/0210)."""
+DEFAULT_REGION = 176, 128
+"""Likewise, of the region around a person, who is taller than wide (docs/decisions/0210)."""
 
 _OPENPOSE_THRESHOLD = 0.1
 
@@ -79,16 +79,19 @@ def open_look(config: PerceptionConfig) -> Look:
     whole = open_network(config)
     if config.look == "whole":
         return WholeLook(whole)
-    side = region_size(config)
-    closer = whole if side is None else open_network(replace(config, rows=side, columns=side))
+    size = region_size(config)
+    closer = whole if size is None else open_network(replace(config, rows=size[0], columns=size[1]))
     return TrackingLook(whole, closer)
 
 
-def region_size(config: PerceptionConfig) -> int | None:
+def region_size(config: PerceptionConfig) -> tuple[int, int] | None:
     """Rows and columns of a region around a person as the network is shown it; None where it sees all in one size."""
     if network_name(config) in _SINGLE_PERSON:
         return None
-    return config.region or (None if _file_decides(config) else DEFAULT_REGION)
+    if _file_decides(config) and config.region_rows is None and config.region_columns is None:
+        return None
+    rows, columns = DEFAULT_REGION
+    return config.region_rows or rows, config.region_columns or columns
 
 
 def network_name(config: PerceptionConfig) -> str:
@@ -114,13 +117,17 @@ def peak_threshold(config: PerceptionConfig) -> float:
 
 def _open_single_person(name: str, kind: SinglePersonKind, config: PerceptionConfig) -> Network:
     rows, columns = kind.size
-    if (config.rows or rows, config.columns or columns) != kind.size:
+    given = (
+        config.rows or rows,
+        config.columns or columns,
+        config.region_rows or rows,
+        config.region_columns or columns,
+    )
+    if given != (*kind.size, *kind.size):
         raise InvalidConfig(
-            f"perception.rows, perception.columns: {name} takes images of {rows}×{columns} and no others; leave both "
-            "out"
+            f"perception.rows, columns, region_rows, region_columns: {name} takes images of {rows}×{columns} and no "
+            "others; leave them out"
         )
-    if config.region not in (None, rows):
-        raise InvalidConfig(f"perception.region: {name} takes images of {rows}×{columns} and no others; leave it out")
     if (config.layout, config.pixels) != ("auto", "auto"):
         raise InvalidConfig(f"perception.layout, perception.pixels: those of {name} are known; leave both out")
     engine = _open_engine(require_network(KNOWN[name]), kind.size, config)

@@ -168,13 +168,13 @@ def render_deadline(timeouts: Timeouts) -> float:
 
 def _capabilities(config: PerceptionConfig) -> dict[str, str]:
     """What a client is told of the worker when it says hello."""
-    size, side = input_size(config), region_size(config)
+    size, region = input_size(config), region_size(config)
     return {
         "network": network_name(config),
         "input": f"{size[0]}x{size[1]}" if size else "the file's",
         "precision": config.precision,
         "look": config.look,
-        "region": f"{side}x{side}" if config.look == "track" and side else "",
+        "region": f"{region[0]}x{region[1]}" if config.look == "track" and region else "",
         "lifting": config.lifting,
         "mask": config.mask,
         # What a client may ask to be read along.

@@ -94,8 +94,8 @@ class PerceptionConfig(_Section, frozen=True):
             and where it has none 240×320, or 320×424 with `track`. A network of one size takes no other.
         look: what of a frame the network is shown: all of it (`whole`), or the part where the request's filter expects
             the person (`track`); `auto` is the profile's.
-        region: rows and columns of the network's input for that part, a multiple of 8; left out, a file's or a
-            network's own, and 160 where it has none.
+        region_rows, region_columns: the network's input size for that part; left out, a file's or a network's own, and
+            176×128 where it has none.
         lifting: what of the depths around a keypoint is the joint's; `auto` is the profile's.
         calibration: what tells expected errors and radii: a file, `none`, or with `auto` the one that ships for
             this network and way of lifting, if there is one.
@@ -117,7 +117,8 @@ class PerceptionConfig(_Section, frozen=True):
     rows: ImageSide | None = None
     columns: ImageSide | None = None
     look: Literal["auto", "whole", "track"] = "auto"
-    region: ImageSide | None = None
+    region_rows: ImageSide | None = None
+    region_columns: ImageSide | None = None
     peak_threshold: Fraction | None = None
     lifting: Literal["auto", Lifting] = "auto"
     calibration: str = "auto"

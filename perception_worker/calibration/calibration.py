@@ -35,14 +35,15 @@ class Setting(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     Attributes:
         rows, columns: of the network's input for whole frames; 0 where its file decides.
-        region: rows and columns of its input for regions; 0 where it is shown none.
+        region_rows, region_columns: of its input for regions; 0 where it is shown none.
     """
 
     network: str
     rows: int
     columns: int
     look: str
-    region: int
+    region_rows: int
+    region_columns: int
     peak_threshold: float
     lifting: Lifting
 

@@ -14,12 +14,14 @@ from protocol.observation import Lifting
 def setting_of(config: PerceptionConfig) -> Setting:
     """What a perception worker of this configuration, settled by its profile, asks of a calibration."""
     rows, columns = input_size(config) or (0, 0)
+    region_rows, region_columns = (region_size(config) or (rows, columns)) if config.look == "track" else (0, 0)
     return Setting(
         network=network_name(config),
         rows=rows,
         columns=columns,
         look=config.look,
-        region=(region_size(config) or rows) if config.look == "track" else 0,
+        region_rows=region_rows,
+        region_columns=region_columns,
         peak_threshold=peak_threshold(config),
         lifting=msgspec.convert(config.lifting, Lifting),
     )

@@ -10,7 +10,8 @@ SETTING = Setting(
     rows=240,
     columns=320,
     look="whole",
-    region=0,
+    region_rows=0,
+    region_columns=0,
     peak_threshold=0.1,
     lifting="nearest",
 )
