@@ -84,6 +84,16 @@ def to_world_frame(vectors: Tensor, bearing: Tensor) -> Tensor:
     return to_drone_frame(vectors, bearing * torch.tensor([1.0, -1.0]))
 
 
+def to_drone_frames(features: Tensor) -> Tensor:
+    """(n, 3, 3) what `to_drone_frame` does, as matrices; their transposes lead back into the world frame."""
+    matrices = torch.zeros(len(features), 3, 3, dtype=features.dtype)
+    cosine, sine = bearing_of(features).unbind(1)
+    matrices[:, 0, 0] = matrices[:, 1, 1] = cosine
+    matrices[:, 0, 1], matrices[:, 1, 0] = sine, -sine
+    matrices[:, 2, 2] = 1.0
+    return matrices
+
+
 def bearing_of(features: Tensor) -> Tensor:
     """(n, 2) cosine and sine of the drone's bearing from the person."""
     return features[:, :2]
