@@ -139,21 +139,15 @@ class SacLearner:
             "rewards": learned_rewards(transition.rewards, config.reward_floor, config.reward_scale)[..., None],
             "terminated": transition.terminated[..., None],
         }
-        return {name: _tensor(array) for name, array in kept.items()} | {
-            "observations": self._features_of(transition.observations),
-            "next_observations": self._features_of(transition.next_observations),
-        }
+        # Fields of a journal's rows lie apart from each other, which torch can't share.
+        samples = {name: torch.from_numpy(np.require(array, requirements=["C", "W"])) for name, array in kept.items()}
+        before, after = self._features_of(np.stack([transition.observations, transition.next_observations]))
+        return {**samples, "observations": before, "next_observations": after}
 
     def _features_of(self, observations: Float32Array) -> Tensor:
         """(…, 111) to (…, FEATURE_SIZE)."""
-        rows = _tensor(observations).flatten(0, -2)
-        pieces = [self._features(piece) for piece in rows.split(_FEATURES_AT_ONCE)]
-        return torch.cat(pieces).unflatten(0, observations.shape[:-1])
-
-
-def _tensor(array: NDArray[Any]) -> Tensor:
-    """Fields of a journal's rows lie apart from each other, which torch can't share; those are copied."""
-    return torch.from_numpy(np.require(array, requirements=["C", "W"]))
+        pieces = torch.from_numpy(observations).flatten(0, -2).split(_FEATURES_AT_ONCE)
+        return torch.cat([self._features(piece) for piece in pieces]).unflatten(0, observations.shape[:-1])
 
 
 def sac_networks(config: SacConfig) -> SacNetworks:

@@ -35,7 +35,8 @@ class SquashedGaussian(Struct, frozen=True, eq=False):
     @classmethod
     def drawn(cls, outputs: Tensor, frames: Tensor, noise: Tensor) -> Self:
         """From the network's outputs (n, 6) and standard normal noise (n, 3)."""
-        mean, spread = outputs.chunk(2, dim=1)
+        # Halves of rows are slow to go through one number after the other.
+        mean, spread = (half.contiguous() for half in outputs.chunk(2, dim=1))
         squashed = torch.tanh(spread)
         log_std = MIN_LOG_STD + HALF_LOG_STD * (squashed + 1.0)
         scaled_noise = log_std.exp() * noise
