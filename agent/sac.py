@@ -65,10 +65,10 @@ class SacLearner:
     def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
         """Velocities (n, 3), drawn from the policy or its best."""
         with torch.no_grad():
-            inputs = {"observations": self._features(torch.from_numpy(observations))}
-            if not explore:
-                return torch.tanh(self._policy.compute(inputs)[0]).numpy()
-            return self._policy.act(inputs)[0].numpy()
+            velocities, outputs = self._policy.compute({"observations": self._features(torch.from_numpy(observations))})
+            if explore:
+                velocities += outputs["log_std"].exp() * torch.randn_like(velocities)
+            return torch.tanh(velocities).numpy()
 
     def observe(self, transition: Transition) -> None:
         """Keep a step of every drone; a truncated one is bootstrapped from its final observation, a crash is not."""
