@@ -4,7 +4,9 @@ from typing import TYPE_CHECKING
 
 from protocol.camera import Camera, world_to_camera
 from protocol.region import Region
+from render_worker.light import Light
 from render_worker.opengl.picture import clip_projection, rectangle, uniform
+from render_worker.opengl.shadowed import shadowed_region
 from render_worker.opengl.staging import Backdrop, Ground, Programs, Staged
 
 if TYPE_CHECKING:
@@ -29,14 +31,18 @@ class Drawing:
     ) -> None:
         """Draw a region of what a camera sees; outside of it the target is left as it may be."""
         view = uniform(clip_projection(camera.intrinsics) @ world_to_camera(camera.pose))
-        # The whole picture's view, cut: a view of the part alone would round its corners otherwise.
-        target.scissor = rectangle(region)
-        target.use()
         self._context.enable_only(self._context.DEPTH_TEST)
-        target.clear(*staged.light.air, 1.0)
+        self._clear(target, region, staged.light)
         self._draw_people(staged, view)
-        self._draw_patch(staged, ground, view)
+        self._draw_patch(target, staged, ground, view, camera, region)
         self._draw_surroundings(target, staged, backdrops, view)
+
+    def _clear(self, target: "Framebuffer", region: Region, light: Light) -> None:
+        # Software clears a target by memory, but a part of it pixel by pixel: that takes four times as long.
+        whole = Region.whole(target.height, target.width)
+        _cut(target, region if 4 * region.width * region.height < whole.width * whole.height else whole)
+        target.clear(*light.air, 1.0)
+        _cut(target, region)
 
     def _draw_people(self, staged: Staged, view: bytes) -> None:
         program, light = self._programs.person, staged.light
@@ -57,17 +63,27 @@ class Drawing:
             program["edges"].value = True
             one.open.render()
 
-    def _draw_patch(self, staged: Staged, ground: Ground, view: bytes) -> None:
+    def _draw_patch(
+        self, target: "Framebuffer", staged: Staged, ground: Ground, view: bytes, camera: Camera, region: Region
+    ) -> None:
         """The ground around the people; its texture stays in use for the ground beyond."""
-        program = self._programs.ground
+        shaded, lit = self._programs.ground, self._programs.lit_ground
         ground.texture.use(0)
         staged.shadow.use(1)
-        program["shadow"].value = 1
-        program["view_projection"].write(view)
-        program["light"].write(uniform(staged.light.view))
-        program["lit_shade"].value = staged.light.lit_shade
-        program["shadow_shade"].value = staged.light.shadow_shade
-        staged.patch.render()
+        shaded["shadow"].value = 1
+        shaded["view_projection"].write(view)
+        shaded["light"].write(uniform(staged.light.view))
+        shaded["lit_shade"].value = staged.light.lit_shade
+        shaded["shadow_shade"].value = staged.light.shadow_shade
+        within = shadowed_region(staged.shadowed, camera, region)
+        if within is not None:
+            _cut(target, within)
+            staged.patch.render()
+            _cut(target, region)
+        # What was drawn is as near as what comes now, and stays.
+        lit["view_projection"].write(view)
+        lit["lit_shade"].value = staged.light.lit_shade
+        staged.lit_patch.render()
 
     def _draw_surroundings(
         self, target: "Framebuffer", staged: Staged, backdrops: tuple[Backdrop, ...], view: bytes
@@ -81,3 +97,9 @@ class Drawing:
             backdrop.texture.use(0)
             backdrop.array.render()
         target.depth_mask = True
+
+
+def _cut(target: "Framebuffer", region: Region) -> None:
+    """Draw a region of the target alone. It is the whole picture's view, cut: a view of the part would be rounded."""
+    target.scissor = rectangle(region)
+    target.use()

@@ -52,7 +52,8 @@ def rectangle(region: Region) -> tuple[int, int, int, int]:
 
 def _metres(stored: Float32Array) -> Float32Array:
     """Metres of the depth buffer's values, 0 to 1."""
-    scale = (FARTHEST - NEAREST) / (FARTHEST * NEAREST)
-    depth = np.reciprocal(np.float32(1 / NEAREST) - stored * np.float32(scale), dtype=np.float32)
-    depth[stored >= 1] = 0
+    depth = stored * np.float32((FARTHEST - NEAREST) / (FARTHEST * NEAREST))
+    np.subtract(np.float32(1 / NEAREST), depth, out=depth)
+    np.reciprocal(depth, out=depth)
+    depth *= stored < 1
     return depth

@@ -2,18 +2,19 @@
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from protocol.arrays import Float32Array, Float64Array, UInt8Array
-from protocol.scene import Figure, Scene
+from protocol.arrays import AnyArray, Float32Array, Float64Array, UInt8Array
+from protocol.scene import Scene
 from render_worker.arrays import IndexArray
 from render_worker.assets import Assets
 from render_worker.light import Light, light_of
 from render_worker.opengl.picture import uniform
+from render_worker.opengl.shadowed import shadowed_ground
 from render_worker.person import Person, dress
 from render_worker.placing import place_joints, place_person
 from render_worker.surroundings import ground_bands, ground_patch, is_hall, make_ground, make_shells
 
 if TYPE_CHECKING:
-    from moderngl import Context, Texture, TextureArray, VertexArray
+    from moderngl import Buffer, Context, Texture, TextureArray, VertexArray
 
 _SHADOW_SIZE = 1024
 
@@ -24,6 +25,7 @@ class Programs(NamedTuple):
     person: Any
     shadow: Any
     ground: Any
+    lit_ground: Any
     surroundings: Any
 
 
@@ -37,10 +39,17 @@ class Uploaded(NamedTuple):
 
 
 class Staged(NamedTuple):
-    """A scene's own things on the GPU, and the person's true joints in the world frame."""
+    """A scene's own things on the GPU, and the person's true joints in the world frame.
+
+    Attributes:
+        patch, lit_patch: the ground around the people, to be drawn with their shadow and without.
+        shadowed: where shadow can fall, as `shadowed_ground` tells.
+    """
 
     people: tuple[Uploaded, ...]
     patch: "VertexArray"
+    lit_patch: "VertexArray"
+    shadowed: Float64Array | None
     bands: "VertexArray"
     shadow: "Texture"
     light: Light
@@ -73,17 +82,21 @@ class Staging:
     def scene(self, scene: Scene, extent: float) -> Staged:
         """What belongs to this scene alone; `extent` is its ground's."""
         light, hall = light_of(scene), is_hall(scene.background)
-        person = dress(self._assets, scene.person)
-        bystanders = [self._upload(dress(self._assets, one), one) for one in scene.bystanders]
-        people = (self._upload(person, scene.person), *bystanders)
+        figures = (scene.person, *scene.bystanders)
+        dressed = [dress(self._assets, figure) for figure in figures]
+        placed = [place_person(person, figure) for person, figure in zip(dressed, figures, strict=True)]
+        people = tuple(map(self._upload, placed))
         patch, triangles = ground_patch(light.centre, light.reach, extent)
+        around = self._buffer(patch), self._buffer(triangles)
         return Staged(
             people=people,
-            patch=self._array(self._programs.ground, patch, triangles, "3f 2f", "position", "uv"),
+            patch=self._array(self._programs.ground, *around, "3f 2f", "position", "uv"),
+            lit_patch=self._array(self._programs.lit_ground, *around, "3f 2f", "position", "uv"),
+            shadowed=shadowed_ground([person.corners[:, :3] for person in placed], patch[:, :3], light),
             bands=self._shell_array(*ground_bands(light.centre, light.reach, extent, light.lit_shade, hall=hall)),
             shadow=self._shadow(light, people),
             light=light,
-            joints=place_joints(person.joints, scene.person),
+            joints=place_joints(dressed[0].joints, scene.person),
         )
 
     def ground(self, name: str) -> Ground:
@@ -98,17 +111,16 @@ class Staging:
             for shell in make_shells(background, self._assets.photographs)
         )
 
-    def _upload(self, person: Person, figure: Figure) -> Uploaded:
-        vertices = self._context.buffer(place_person(person, figure).corners.tobytes())
-        closed, opened = (self._context.buffer(triangles.tobytes()) for triangles in (person.closed, person.open))
-        seen = (vertices, "3f 3f 3f 3f", "position", "normal", "uv", "cut")
-        casting = (vertices, "3f 24x 3f", "position", "cut")
+    def _upload(self, person: Person) -> Uploaded:
+        vertices, closed, opened = map(self._buffer, (person.corners, person.closed, person.open))
+        seen = ("3f 3f 3f 3f", "position", "normal", "uv", "cut")
+        casting = ("3f 24x 3f", "position", "cut")
         return Uploaded(
-            closed=self._context.vertex_array(self._programs.person, [seen], closed),
-            open=self._context.vertex_array(self._programs.person, [seen], opened),
+            closed=self._array(self._programs.person, vertices, closed, *seen),
+            open=self._array(self._programs.person, vertices, opened, *seen),
             casters=(
-                self._context.vertex_array(self._programs.shadow, [casting], closed),
-                self._context.vertex_array(self._programs.shadow, [casting], opened),
+                self._array(self._programs.shadow, vertices, closed, *casting),
+                self._array(self._programs.shadow, vertices, opened, *casting),
             ),
             textures=self._person_textures(person),
         )
@@ -136,13 +148,15 @@ class Staging:
                 caster.render()
         return shadow
 
-    def _array(self, program: Any, corners: Float32Array, triangles: IndexArray, *layout: str) -> "VertexArray":
-        vertices, index = self._context.buffer(corners.tobytes()), self._context.buffer(triangles.tobytes())
-        return self._context.vertex_array(program, [(vertices, *layout)], index)
+    def _buffer(self, values: AnyArray) -> "Buffer":
+        return self._context.buffer(values.tobytes())
+
+    def _array(self, program: Any, corners: "Buffer", triangles: "Buffer", *layout: str) -> "VertexArray":
+        return self._context.vertex_array(program, [(corners, *layout)], triangles)
 
     def _shell_array(self, corners: Float32Array, triangles: IndexArray) -> "VertexArray":
         layout = ("3f 2f 1f 1f", "position", "uv", "shade", "haze")
-        return self._array(self._programs.surroundings, corners, triangles, *layout)
+        return self._array(self._programs.surroundings, self._buffer(corners), self._buffer(triangles), *layout)
 
     def _texture(self, image: UInt8Array) -> "Texture":
         rows, columns = image.shape[:2]
