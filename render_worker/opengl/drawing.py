@@ -57,8 +57,12 @@ class Drawing:
         for one in staged.people:
             one.textures.use(0)
             self._context.enable(self._context.CULL_FACE)
+            # The first of the people is drawn from the last triangle to the first: hair and clothes come before the
+            # skin under them, which need not be shaded. Where two are equally near, the first one stays either way.
+            self._context.depth_func = "<=" if one is staged.people[0] else "<"
             program["edges"].value = False
             one.closed.render()
+            self._context.depth_func = "<"
             self._context.disable(self._context.CULL_FACE)
             program["edges"].value = True
             one.open.render()

@@ -85,7 +85,7 @@ class Staging:
         figures = (scene.person, *scene.bystanders)
         dressed = [dress(self._assets, figure) for figure in figures]
         placed = [place_person(person, figure) for person, figure in zip(dressed, figures, strict=True)]
-        people = tuple(map(self._upload, placed))
+        people = (self._upload(placed[0]._replace(closed=placed[0].closed[::-1])), *map(self._upload, placed[1:]))
         patch, triangles = ground_patch(light.centre, light.reach, extent)
         around = self._buffer(patch), self._buffer(triangles)
         return Staged(
