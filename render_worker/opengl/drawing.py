@@ -30,11 +30,12 @@ class Drawing:
         region: Region,
     ) -> None:
         """Draw a region of what a camera sees; outside of it the target is left as it may be."""
-        view = uniform(clip_projection(camera.intrinsics) @ world_to_camera(camera.pose))
+        clip = clip_projection(camera.intrinsics) @ world_to_camera(camera.pose)
+        view, shadowed = uniform(clip), shadowed_region(staged.shadowed, clip, camera.intrinsics, region)
         self._context.enable_only(self._context.DEPTH_TEST)
         self._clear(target, region, staged.light)
         self._draw_people(staged, view)
-        self._draw_patch(target, staged, ground, view, camera, region)
+        self._draw_patch(target, staged, ground, view, region, shadowed)
         self._draw_surroundings(target, staged, backdrops, view)
 
     def _clear(self, target: "Framebuffer", region: Region, light: Light) -> None:
@@ -68,7 +69,13 @@ class Drawing:
             one.open.render()
 
     def _draw_patch(
-        self, target: "Framebuffer", staged: Staged, ground: Ground, view: bytes, camera: Camera, region: Region
+        self,
+        target: "Framebuffer",
+        staged: Staged,
+        ground: Ground,
+        view: bytes,
+        region: Region,
+        shadowed: Region | None,
     ) -> None:
         """The ground around the people; its texture stays in use for the ground beyond."""
         shaded, lit = self._programs.ground, self._programs.lit_ground
@@ -79,9 +86,8 @@ class Drawing:
         shaded["light"].write(uniform(staged.light.view))
         shaded["lit_shade"].value = staged.light.lit_shade
         shaded["shadow_shade"].value = staged.light.shadow_shade
-        within = shadowed_region(staged.shadowed, camera, region)
-        if within is not None:
-            _cut(target, within)
+        if shadowed is not None:
+            _cut(target, shadowed)
             staged.patch.render()
             _cut(target, region)
         # What was drawn is as near as what comes now, and stays.

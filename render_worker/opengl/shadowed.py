@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from protocol.arrays import Float32Array, Float64Array
-from protocol.camera import Camera, project
+from protocol.camera import Intrinsics
 from protocol.region import Region
 from render_worker.light import Light
 from render_worker.opengl.picture import NEAREST
@@ -35,17 +35,23 @@ def shadowed_ground(casters: Iterable[Float32Array], patch: Float32Array, light:
     return _on_ground(np.stack([x, y], axis=1), light)
 
 
-def shadowed_region(ground: Float64Array | None, camera: Camera, region: Region) -> Region | None:
-    """The part of a region that shows some ground, `shadowed_ground`'s; nothing where it shows none of it."""
+def shadowed_region(
+    ground: Float64Array | None, view: Float64Array, intrinsics: Intrinsics, region: Region
+) -> Region | None:
+    """The part of a region that shows some ground, `shadowed_ground`'s; nothing where it shows none of it.
+
+    Args:
+        view: (4, 4) world to the clip space of the camera that has the intrinsics.
+    """
     if ground is None:
         return region
-    pixels = project(ground, camera)
-    if pixels[:, 2].min() <= NEAREST:
+    x, y, _, distance = view[:, :3] @ ground.T + view[:, 3:]
+    if distance.min() <= NEAREST:
         return region
+    columns, rows = (x / distance + 1) / 2 * intrinsics.width, (y / distance + 1) / 2 * intrinsics.height
     # A pixel more on each side, whatever the rounding.
-    (left, top), (right, bottom) = pixels[:, :2].min(axis=0) - 1, pixels[:, :2].max(axis=0) + 2
-    left, top = max(region.left, math.floor(left)), max(region.top, math.floor(top))
-    right, bottom = min(region.right, math.ceil(right)), min(region.bottom, math.ceil(bottom))
+    left, right = max(region.left, math.floor(columns.min()) - 1), min(region.right, math.ceil(columns.max()) + 1)
+    top, bottom = max(region.top, math.floor(rows.min()) - 1), min(region.bottom, math.ceil(rows.max()) + 1)
     return Region(left, top, right - left, bottom - top) if left < right and top < bottom else None
 
 

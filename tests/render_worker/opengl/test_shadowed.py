@@ -3,10 +3,11 @@ import math
 import numpy as np
 import pytest
 
-from protocol.camera import Camera, CameraPose, Intrinsics, project
+from protocol.camera import Camera, CameraPose, Intrinsics, project, world_to_camera
 from protocol.region import Region
 from protocol.scene import Scene
 from render_worker.light import light_of
+from render_worker.opengl.picture import clip_projection
 from render_worker.opengl.shadowed import shadowed_ground, shadowed_region
 from render_worker.scenes import sample_scene
 from render_worker.surroundings import ground_patch
@@ -33,6 +34,11 @@ def shadows(points: list[np.ndarray], towards_sun: tuple[float, float, float]) -
     return above - above[:, 2:] / sun[2] * sun
 
 
+def region_of(ground: np.ndarray | None, camera: Camera, region: Region) -> Region | None:
+    clip = clip_projection(camera.intrinsics) @ world_to_camera(camera.pose)
+    return shadowed_region(ground, clip, camera.intrinsics, region)
+
+
 def camera_near(scene: Scene, rng: np.random.Generator) -> Camera:
     distance, azimuth, altitude = rng.uniform((1.0, -math.pi, 0.3), (8.0, math.pi, 3.0)).tolist()
     x, y = scene.position
@@ -49,7 +55,7 @@ def test_no_shadow_falls_on_ground_that_is_taken_for_lit(bystanders):
         light, points, camera = light_of(scene), crowd(scene, rng), camera_near(scene, rng)
         picture = Region.seen_by(camera.intrinsics)
         ground = shadowed_ground(points, patch_of(scene), light)
-        region = shadowed_region(ground, camera, picture)
+        region = region_of(ground, camera, picture)
         told += region != picture
         x, y, distance = project(shadows(points, light.towards_sun), camera).T
         shown = (distance > 0) & (x > -0.5) & (x < 319.5) & (y > -0.5) & (y < 239.5)
@@ -64,8 +70,8 @@ def test_no_shadow_falls_on_ground_that_is_taken_for_lit(bystanders):
 def test_a_region_beside_the_shadow_shows_none_of_it():
     ground = np.array([(-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0)], float)
     camera = Camera(CameraPose((4.0, 0.0, 1.5), (0.0, 0.0, 0.5)), Intrinsics.from_horizontal_fov(640, 480, 70.0))
-    assert shadowed_region(ground, camera, Region(0, 0, 640, 100)) is None
-    within = shadowed_region(ground, camera, Region(0, 100, 640, 380))
+    assert region_of(ground, camera, Region(0, 0, 640, 100)) is None
+    within = region_of(ground, camera, Region(0, 100, 640, 380))
     assert within is not None
     assert within.width < 200
     assert within.is_within(Region(0, 100, 640, 380))
@@ -74,7 +80,7 @@ def test_a_region_beside_the_shadow_shows_none_of_it():
 def test_ground_under_the_camera_is_looked_at_everywhere():
     ground = np.array([(-5, -5, 0), (5, -5, 0), (5, 5, 0), (-5, 5, 0)], float)
     camera = Camera(CameraPose((4.0, 0.0, 1.5), (0.0, 0.0, 0.5)), Intrinsics.from_horizontal_fov(640, 480, 70.0))
-    assert shadowed_region(ground, camera, Region(3, 4, 50, 60)) == Region(3, 4, 50, 60)
+    assert region_of(ground, camera, Region(3, 4, 50, 60)) == Region(3, 4, 50, 60)
 
 
 def test_where_the_map_of_shadows_does_not_hold_everybody_it_does_not_tell():
@@ -82,4 +88,4 @@ def test_where_the_map_of_shadows_does_not_hold_everybody_it_does_not_tell():
     beyond = np.array([(*scene.position, 1.0), (9.0, 0.0, 1.0)], np.float32)
     assert shadowed_ground([beyond], patch_of(scene), light_of(scene)) is None
     camera = camera_near(scene, np.random.default_rng(0))
-    assert shadowed_region(None, camera, Region(1, 2, 3, 4)) == Region(1, 2, 3, 4)
+    assert region_of(None, camera, Region(1, 2, 3, 4)) == Region(1, 2, 3, 4)
