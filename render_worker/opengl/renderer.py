@@ -18,7 +18,7 @@ from protocol.frame import Frame
 from protocol.messages import Render
 from protocol.region import Region
 from render_worker.assets import Assets
-from render_worker.opengl.drawing import Drawing
+from render_worker.opengl.drawing import Drawing, View
 from render_worker.opengl.finish import finish_function
 from render_worker.opengl.picture import NEAREST, read_colours, read_depth
 from render_worker.opengl.staging import Programs, Staging
@@ -77,7 +77,7 @@ class OpenGlRenderer:
             )
             drawn = _needed(region, request, staged.joints)
             target = self._targets((camera.intrinsics.width, camera.intrinsics.height))
-            self._drawing.draw(target, staged, ground, backdrops, camera, drawn)
+            self._drawing.draw(View.of(target, camera, drawn), staged, ground, backdrops)
             self._finish()
             rgb, depth = read_colours(target, region), read_depth(target, drawn)
             self._context.gc()

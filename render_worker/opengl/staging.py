@@ -7,6 +7,7 @@ from protocol.scene import Scene
 from render_worker.arrays import IndexArray
 from render_worker.assets import Assets
 from render_worker.light import Light, light_of
+from render_worker.opengl.outline import Outline
 from render_worker.opengl.picture import uniform
 from render_worker.opengl.shadowed import shadowed_ground
 from render_worker.person import Person, dress
@@ -30,12 +31,19 @@ class Programs(NamedTuple):
 
 
 class Uploaded(NamedTuple):
-    """Somebody on the GPU; `casters` are their closed and open surfaces as the sun sees them."""
+    """Somebody on the GPU.
+
+    Attributes:
+        closed, open: their surfaces.
+        casters: the same as the sun sees them.
+        outline: the box around all of them.
+    """
 
     closed: "VertexArray"
     open: "VertexArray"
     casters: "tuple[VertexArray, VertexArray]"
     textures: "TextureArray"
+    outline: Outline
 
 
 class Staged(NamedTuple):
@@ -123,6 +131,7 @@ class Staging:
                 self._array(self._programs.shadow, vertices, opened, *casting),
             ),
             textures=self._person_textures(person),
+            outline=Outline(person.corners[:, :3]),
         )
 
     def _person_textures(self, person: Person) -> "TextureArray":
