@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from protocol.arrays import Float32Array, Float64Array
+from protocol.arrays import Float32Array
 from protocol.errors import Unavailable
 from protocol.frame import Frame
 from protocol.messages import Render
@@ -20,10 +20,11 @@ from protocol.region import Region
 from render_worker.assets import Assets
 from render_worker.opengl.drawing import Drawing, View
 from render_worker.opengl.finish import finish_function
-from render_worker.opengl.picture import NEAREST, read_colours, read_depth
-from render_worker.opengl.staging import Programs, Staging
+from render_worker.opengl.nearest import nearest_surface
+from render_worker.opengl.picture import read_colours, read_depth
+from render_worker.opengl.staging import Programs, Staged, Staging
 from render_worker.stereo_noise import measure_part, noise_seed, seen_around
-from render_worker.surroundings import require_names
+from render_worker.surroundings import is_hall, require_names
 from render_worker.visibility import visible_joints, with_joints
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ class OpenGlRenderer:
                 self._grounds(scene.ground),
                 self._backdrops(scene.background),
             )
-            drawn = _needed(region, request, staged.joints)
+            drawn = _needed(region, request, staged)
             target = self._targets((camera.intrinsics.width, camera.intrinsics.height))
             self._drawing.draw(View.of(target, camera, drawn), staged, ground, backdrops)
             self._finish()
@@ -130,12 +131,13 @@ def _compile(context: "Context") -> Programs:
     return Programs(*map(program, Programs._fields))
 
 
-def _needed(region: Region, request: Render, joints: Float64Array) -> Region:
+def _needed(region: Region, request: Render, staged: Staged) -> Region:
     """The part of the picture that has to be drawn so that all of the answer to the request is known."""
-    camera = request.camera
+    camera, hall = request.camera, is_hall(request.scene.background)
     if camera.depth_noise == "d435i":
-        region = seen_around(region, camera.intrinsics, NEAREST)
-    return with_joints(region, joints, camera) if request.truth else region
+        nearest = nearest_surface([one.outline for one in staged.people], camera, hall=hall)
+        region = seen_around(region, camera.intrinsics, nearest)
+    return with_joints(region, staged.joints, camera) if request.truth else region
 
 
 def _measured(depth: Float32Array, drawn: Region, region: Region, request: Render) -> Float32Array:
