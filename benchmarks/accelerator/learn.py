@@ -66,6 +66,14 @@ def measured_updates(learner: Learner, batch: int, envs: int, updates: int) -> l
     return seconds
 
 
+def _name_of(device: str) -> str:
+    if device == "cpu":
+        return "1 thread"
+    import torch
+
+    return torch.cuda.get_device_name(device)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure and hand over."""
     options = options_of(arguments, __doc__)
@@ -77,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     flat = np.concatenate([weights[name].ravel() for name in sorted(weights)])
     hand_over(
         Measured(
-            device=f"PyTorch, {options.device}",
+            device=f"PyTorch, {_name_of(options.device)}",
             on_gpu=options.device != "cpu",
             # The first ones compile and choose; a training makes thousands.
             seconds={"learn, one update": seconds[len(seconds) // 10 :]},
