@@ -58,13 +58,13 @@ class Jobs:
     def measure(self, name: str, module: str, place: Place, *options: str) -> Measured | Missing:
         """What `benchmarks.accelerator.<module>` finds at a place."""
         command = ("-m", f"benchmarks.accelerator.{module}", "--arrays", str(self.arrays(name)), *options)
-        found = self._output(name, place, command)
-        if isinstance(found, Missing):
-            return found
+        said = self._run(name, place, command)
+        if isinstance(said, Missing):
+            return said
         # Libraries may have said something before.
-        measured = msgspec.json.decode(found.splitlines()[-1], type=Measured)
+        measured = msgspec.json.decode(said.stdout.splitlines()[-1], type=Measured)
         if place.name == "GPU" and not measured.on_gpu and not self._anything:
-            return Missing(f"it would be {measured.device}, which is no GPU")
+            return Missing(f"it would be {measured.device}, which is no GPU{_complaint(said.stderr)}")
         return measured
 
     def train(self, name: str, place: Place, config: str) -> TrainingReport | Missing:
@@ -73,10 +73,10 @@ class Jobs:
         file.write_text(config)
         with tempfile.TemporaryDirectory() as run:
             command = ("-m", "orchestrator", "train", str(file), "--json", "--no-evaluate", "--run", f"{run}/run")
-            found = self._output(name, place, command)
-        return found if isinstance(found, Missing) else msgspec.json.decode(found, type=TrainingReport)
+            said = self._run(name, place, command)
+        return said if isinstance(said, Missing) else msgspec.json.decode(said.stdout, type=TrainingReport)
 
-    def _output(self, name: str, place: Place, command: Sequence[str]) -> bytes | Missing:
+    def _run(self, name: str, place: Place, command: Sequence[str]) -> "_Said | Missing":
         left = min(self._longest, self._end - self._clock())
         if left < 1.0:
             return Missing("no time was left")
@@ -86,11 +86,33 @@ class Jobs:
             done = subprocess.run((sys.executable, *command), env=environment, capture_output=True, timeout=left)
         except subprocess.TimeoutExpired:
             return Missing(f"not through within {left:.0f} s")
-        return done.stdout if done.returncode == 0 else Missing(_last_line(done.stderr, done.returncode))
+        said = _Said(done.stdout.decode(errors="replace"), _plain(done.stderr.decode(errors="replace")))
+        if done.returncode == 0:
+            return said
+        self._errors.print(said.stderr, markup=False, highlight=False)
+        return Missing(_last_line(said.stderr, done.returncode))
 
 
-def _last_line(said: bytes, code: int) -> str:
-    lines = [line for line in said.decode(errors="replace").splitlines() if line.strip()]
+class _Said(Struct, frozen=True):
+    """What a process wrote."""
+
+    stdout: str
+    stderr: str
+
+
+def _plain(text: str) -> str:
+    """Without a terminal's colours."""
+    return re.sub(r"\x1b\[[0-9;]*m", "", text)
+
+
+def _complaint(stderr: str) -> str:
+    """What a library gave as its reason, if it gave one."""
+    reasons = re.findall(r"with error: (.+)", stderr)
+    return f"; {reasons[-1].strip()}" if reasons else ""
+
+
+def _last_line(stderr: str, code: int) -> str:
+    lines = [line for line in stderr.splitlines() if line.strip()]
     if not lines:
         return f"it ended with {code} and without a word"
     # An exception's module says nothing to whoever reads the table.

@@ -47,6 +47,12 @@ def test_what_turns_out_to_be_no_gpu_is_not_measured_as_one(jobs_of):
     assert not isinstance(jobs_of(FOUND, anything=True).measure("render-GPU", "render", GPU), Missing)
 
 
+def test_a_library_that_could_not_be_loaded_is_the_reason(jobs_of):
+    complaint = 'import sys; print("\\x1b[1mFailed with error: libcudnn.so.9: not there\\x1b[m", file=sys.stderr)\n'
+    found = jobs_of(complaint + FOUND).measure("perceive-GPU", "perceive", GPU)
+    assert found == Missing("it would be a CPU, which is no GPU; libcudnn.so.9: not there")
+
+
 def test_a_process_that_fails_says_why_without_its_modules(jobs_of):
     code = "from protocol.errors import Unavailable\nraise Unavailable('no OpenGL: none at all')"
     assert jobs_of(code).measure("render-GPU", "render", GPU) == Missing("no OpenGL: none at all")
