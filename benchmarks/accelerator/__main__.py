@@ -42,7 +42,7 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure and print, each table as soon as it is known."""
     options = _options(arguments)
-    errors, console = Console(stderr=True), Console(soft_wrap=True)
+    errors, console = Console(stderr=True, soft_wrap=True), Console(soft_wrap=True)
     console.print(f"machine: {machine_kind()}; {options.frames} frames, {options.updates} updates\n", markup=False)
     with tempfile.TemporaryDirectory() as directory:
         jobs = Jobs(Path(directory), errors, seconds=options.seconds, anything=options.anything)

@@ -16,6 +16,7 @@ from rich.console import Console
 from benchmarks.accelerator.measured import Measured
 from benchmarks.accelerator.places import Place
 from orchestrator.report import TrainingReport
+from protocol.errors import Unavailable
 
 
 class Missing(Struct, frozen=True):
@@ -89,7 +90,8 @@ class Jobs:
         said = _Said(done.stdout.decode(errors="replace"), _plain(done.stderr.decode(errors="replace")))
         if done.returncode == 0:
             return said
-        self._errors.print(said.stderr, markup=False, highlight=False)
+        if Unavailable.__name__ not in said.stderr:
+            self._errors.print(said.stderr, markup=False, highlight=False)
         return Missing(_last_line(said.stderr, done.returncode))
 
 

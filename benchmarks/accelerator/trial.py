@@ -56,7 +56,8 @@ class Trial:
     def loops(self, steps: int, rows: Sequence[Row]) -> dict[str, TrainingReport | Missing]:
         """A short training with the renderer and the network at each place; the agent learns on the CPU."""
         found = {self._cpu.name: self._trained(self._cpu, cpu_engine(), steps)}
-        if any(row.place == self._gpu.name and isinstance(row.found, Measured) for row in rows):
+        used = (f"render-{self._gpu.name}", f"perceive-{self._gpu.name}-onnxruntime-")
+        if any(row.name.startswith(used) and isinstance(row.found, Measured) for row in rows):
             return found | {self._gpu.name: self._trained(self._gpu, "auto", steps)}
         return found | {self._gpu.name: Missing("there is no GPU")}
 
