@@ -6,7 +6,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import msgspec
@@ -82,10 +82,8 @@ class Jobs:
         if left < 1.0:
             return Missing("no time was left")
         self._errors.print(f"{self._end - self._clock():4.0f} s left  {name}", markup=False, highlight=False)
-        environment = os.environ | place.environment
-        try:
-            done = subprocess.run((sys.executable, *command), env=environment, capture_output=True, timeout=left)
-        except subprocess.TimeoutExpired:
+        done = _done((sys.executable, *command), os.environ | place.environment, left)
+        if done is None:
             return Missing(f"not through within {left:.0f} s")
         said = _Said(done.stdout.decode(errors="replace"), _plain(done.stderr.decode(errors="replace")))
         if done.returncode == 0:
@@ -93,6 +91,27 @@ class Jobs:
         if Unavailable.__name__ not in said.stderr:
             self._errors.print(said.stderr, markup=False, highlight=False)
         return Missing(_last_line(said.stderr, done.returncode))
+
+
+def _done(
+    command: Sequence[str], environment: Mapping[str, str], seconds: float
+) -> subprocess.CompletedProcess[bytes] | None:
+    """A process that ended by itself; None for one that took longer, and was asked to end with all that it started."""
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        try:
+            stdout, stderr = process.communicate(timeout=seconds)
+        except subprocess.TimeoutExpired:
+            process.terminate()
+            _await_end(process)
+            return None
+        return subprocess.CompletedProcess(command, process.returncode, stdout, stderr)
+
+
+def _await_end(process: "subprocess.Popen[bytes]", patience: float = 15.0) -> None:
+    try:
+        process.communicate(timeout=patience)
+    except subprocess.TimeoutExpired:
+        process.kill()
 
 
 class _Said(Struct, frozen=True):
