@@ -18,6 +18,9 @@ _REACH = 2.0
 _LEFT = [Joint.LEFT_SHOULDER, Joint.LEFT_HIP, Joint.LEFT_EYE, Joint.LEFT_EAR]
 _RIGHT = [Joint.RIGHT_SHOULDER, Joint.RIGHT_HIP, Joint.RIGHT_EYE, Joint.RIGHT_EAR]
 
+_BACK = torch.tensor([1.0, -1.0])
+"""Takes the sine of a bearing to that of the turn back."""
+
 FEATURE_SIZE = 2 + 2 + 3 + 4 + 3 * JOINT_COUNT + JOINT_COUNT + 2 * len(_LEFT) + 2
 
 
@@ -31,6 +34,8 @@ class Features(nn.Module):
     def __init__(self, workspace: EnvironmentConfig) -> None:
         super().__init__()
         self._workspace = workspace
+        # Tensors, since a list would be made into one at each call.
+        self._left, self._right = torch.tensor(_LEFT), torch.tensor(_RIGHT)
 
     def forward(self, observations: Tensor, train: bool = False) -> Tensor:
         """Features of a batch. `train` is skrl's word to running scalers; it changes nothing here."""
@@ -46,7 +51,8 @@ class Features(nn.Module):
         around = to_drone_frame(around, bearing[:, None]) * trust[:, :, None]
         place = self._place(drone, distance)
         limits = self._limits(drone, distance, bearing)
-        return torch.cat([bearing, place, limits, around.flatten(1), trust, _facing(around, trust).flatten(1)], dim=1)
+        facing = self._facing(around)
+        return torch.cat([bearing, place, limits, around.flatten(1), trust, facing.flatten(1)], dim=1)
 
     def _place(self, drone: Tensor, distance: Tensor) -> Tensor:
         """(n, 5) how far the drone is from the person, and where in the workspace, in its own units."""
@@ -61,10 +67,22 @@ class Features(nn.Module):
         The walls as a vector towards them in the drone's frame, floor and ceiling as its third component, the keep-out.
         """
         space = self._workspace
-        walls = _nearness(space.half_width - drone[:, :2].abs()) * drone[:, :2].sign()
-        upright = _nearness(space.highest - drone[:, 2:]) - _nearness(drone[:, 2:] - space.lowest)
-        towards = to_drone_frame(torch.cat([walls, upright], dim=1), bearing)
-        return torch.cat([towards, _nearness(distance - space.keep_out)], dim=1)
+        across, height = drone.split((2, 1), dim=1)
+        room = [space.half_width - across.abs(), space.highest - height, height - space.lowest]
+        near = _nearness(torch.cat([*room, distance - space.keep_out], dim=1))
+        walls, ceiling, floor, keep_out = near.split((2, 1, 1, 1), dim=1)
+        towards = to_drone_frame(torch.cat([walls * across.sign(), ceiling - floor], dim=1), bearing)
+        return torch.cat([towards, keep_out], dim=1)
+
+    def _facing(self, around: Tensor) -> Tensor:
+        """(n, 5, 2) where the person faces, in the drone's frame, by each pair of left and right joints and the nose.
+
+        Half a metre long at most and shorter the less a pair is trusted; zero before it is seen.
+        """
+        flat = around[:, :, :2]
+        across = flat.index_select(1, self._left) - flat.index_select(1, self._right)
+        nose = flat[:, Joint.NOSE] - flat[:, Joint.NECK]
+        return torch.cat([torch.stack([across[..., 1], -across[..., 0]], dim=2), nose[:, None]], dim=1)
 
 
 def _nearness(room: Tensor) -> Tensor:
@@ -74,26 +92,26 @@ def _nearness(room: Tensor) -> Tensor:
 
 def to_drone_frame(vectors: Tensor, bearing: Tensor) -> Tensor:
     """World vectors (…, 3) as seen with x from the person to the drone, y to the left of that, z up."""
-    cosine, sine = bearing[..., :1], bearing[..., 1:2]
-    x, y, z = vectors[..., :1], vectors[..., 1:2], vectors[..., 2:]
+    cosine, sine = bearing.split(1, dim=-1)
+    x, y, z = vectors.split(1, dim=-1)
     return torch.cat([cosine * x + sine * y, cosine * y - sine * x, z], dim=-1)
 
 
 def to_world_frame(vectors: Tensor, bearing: Tensor) -> Tensor:
     """The inverse of `to_drone_frame`."""
-    return to_drone_frame(vectors, bearing * torch.tensor([1.0, -1.0]))
+    return to_drone_frame(vectors, bearing * _BACK)
+
+
+def to_drone_frames(features: Tensor) -> Tensor:
+    """(n, 3, 3) what `to_drone_frame` does, as matrices; their transposes lead back into the world frame."""
+    matrices = torch.zeros(len(features), 3, 3, dtype=features.dtype)
+    cosine, sine = bearing_of(features).unbind(1)
+    matrices[:, 0, 0] = matrices[:, 1, 1] = cosine
+    matrices[:, 0, 1], matrices[:, 1, 0] = sine, -sine
+    matrices[:, 2, 2] = 1.0
+    return matrices
 
 
 def bearing_of(features: Tensor) -> Tensor:
     """(n, 2) cosine and sine of the drone's bearing from the person."""
     return features[:, :2]
-
-
-def _facing(around: Tensor, trust: Tensor) -> Tensor:
-    """(n, 5, 2) where the person faces, in the drone's frame, by each pair of left and right joints and by the nose.
-
-    Half a metre long at most and shorter the less a pair is trusted; zero before it is seen.
-    """
-    across = around[:, _LEFT, :2] - around[:, _RIGHT, :2]
-    nose = around[:, Joint.NOSE, :2] - around[:, Joint.NECK, :2]
-    return torch.cat([torch.stack([across[..., 1], -across[..., 0]], dim=2), nose[:, None]], dim=1)

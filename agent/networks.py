@@ -21,6 +21,7 @@ Output: TypeAlias = tuple[Tensor, dict[str, Any]]
 # skrl's mixins pass `role` to `compute` by position, against its own base class; hence the ignored complaints below.
 
 MIN_LOG_STD, MAX_LOG_STD = -5.0, 2.0
+HALF_LOG_STD = 0.5 * (MAX_LOG_STD - MIN_LOG_STD)
 
 
 def layers(inputs: int, hidden: Sequence[int], outputs: int) -> nn.Sequential:
@@ -44,7 +45,7 @@ class SquashedPolicy(Model):
         """Mean and log standard deviation of the velocity before it is squashed."""
         features = inputs["observations"]
         mean, log_std = self.net(features).chunk(2, dim=1)
-        log_std = MIN_LOG_STD + 0.5 * (MAX_LOG_STD - MIN_LOG_STD) * (torch.tanh(log_std) + 1.0)
+        log_std = MIN_LOG_STD + HALF_LOG_STD * (torch.tanh(log_std) + 1.0)
         return to_world_frame(mean, bearing_of(features)), {"log_std": log_std}
 
     def act(self, inputs: Inputs, *, role: str = "") -> Output:

@@ -2,6 +2,9 @@
 
 skrl's trainers always begin at step 0 and its checkpoints leave out the entropy coefficient, the replay memory and the
 random generators; here `state` has all of them but the transitions, which `recall` puts back.
+
+In memory are features, not observations: a transition is drawn hundreds of times and its features stay the same. They
+do not depend on which other transitions they are computed with, so those that `recall` derives are the same to the bit.
 """
 
 from collections.abc import Iterable
@@ -9,29 +12,31 @@ from typing import Any
 
 import numpy as np
 import torch
+from gymnasium.spaces import Box
 from numpy.typing import NDArray
 from skrl.agents.torch.sac import SAC, SAC_CFG
-from skrl.memories.torch import RandomMemory
+from skrl.memories.torch import Memory, RandomMemory
 from skrl.models.torch import Model
 from torch import Tensor
 
-from agent.features import Features
+from agent.features import FEATURE_SIZE, Features
 from agent.learner import Statistics, Transition, learned_rewards
 from agent.networks import Critic, SquashedPolicy
 from agent.randomness import random_state, restore_random_state, seed_all
+from agent.sac_update import STATISTICS, SacNetworks, SacUpdate
 from agent.skrl_state import (
     load_network_weights,
     network_weights,
     optimizers_state,
     restore_optimizers,
-    tracked,
 )
 from agent.spaces import action_space, observation_space
 from protocol.arrays import Float32Array
 from protocol.config import EnvironmentConfig, SacConfig
 from protocol.errors import InvalidConfig
 
-_CRITICS = ("critic_1", "critic_2", "target_critic_1", "target_critic_2")
+_FEATURES_AT_ONCE = 4096
+"""Rows; what is computed on the way to them would else take several times the memory of a journal's segment."""
 
 
 class SacLearner:
@@ -51,17 +56,19 @@ class SacLearner:
         # With replacement: without, a batch costs a permutation of the whole memory.
         rows = config.memory // num_envs
         self._memory = RandomMemory(memory_size=rows, num_envs=num_envs, device="cpu", replacement=True)
-        self._policy = SquashedPolicy(observation_space(), action_space(), config.hidden)
         self._features = Features(environment)
-        self._agent = _sac_agent(config, environment, self._policy, self._memory)
+        networks = sac_networks(config)
+        self._policy = networks.policy
+        self._agent = sac_agent(config, networks, self._memory)
+        self._update = SacUpdate(config, self._agent, networks, self._memory)
 
     def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
         """Velocities (n, 3), drawn from the policy or its best."""
         with torch.no_grad():
-            inputs = {"observations": self._features(torch.from_numpy(observations))}
-            if not explore:
-                return torch.tanh(self._policy.compute(inputs)[0]).numpy()
-            return self._policy.act(inputs)[0].numpy()
+            velocities, outputs = self._policy.compute({"observations": self._features(torch.from_numpy(observations))})
+            if explore:
+                velocities += outputs["log_std"].exp() * torch.randn_like(velocities)
+            return torch.tanh(velocities).numpy()
 
     def observe(self, transition: Transition) -> None:
         """Keep a step of every drone; a truncated one is bootstrapped from its final observation, a crash is not."""
@@ -72,10 +79,11 @@ class SacLearner:
     def learn(self) -> Statistics:
         """Make the updates that are due since the memory held its first batch."""
         due = int((self._observed - self._config.batch) * self._config.updates_per_step) - self.updates
-        for _ in range(due):
-            self._agent.update(timestep=self.updates, timesteps=0)
-            self.updates += 1
-        return tracked(self._agent)
+        if due <= 0:
+            return {}
+        told = [self._update() for _ in range(due)]
+        self.updates += due
+        return dict(zip(STATISTICS, np.mean(told, axis=0).tolist(), strict=True))
 
     def state(self) -> dict[str, Any]:
         """What lasts beside the weights and the transitions in memory; see `Learner.state`."""
@@ -95,7 +103,7 @@ class SacLearner:
         with torch.no_grad():
             # In place: the optimiser holds this very tensor.
             self._agent.log_entropy_coefficient.copy_(state["log_entropy_coefficient"])
-        _derive_entropy_coefficient(self._agent)
+        self._update.begin()
         self._memory.memory_index, self._memory.filled = state["memory_index"], state["memory_filled"]
         self._observed, self.updates = state["observed"], state["updates"]
         restore_random_state(state["random"])
@@ -127,40 +135,49 @@ class SacLearner:
         """As they are kept: of one step of all drones, or of several in their order."""
         config = self._config
         kept = {
-            "observations": transition.observations,
             "actions": transition.actions,
             "rewards": learned_rewards(transition.rewards, config.reward_floor, config.reward_scale)[..., None],
-            "next_observations": transition.next_observations,
             "terminated": transition.terminated[..., None],
         }
         # Fields of a journal's rows lie apart from each other, which torch can't share.
-        return {name: torch.from_numpy(np.require(array, requirements=["C", "W"])) for name, array in kept.items()}
+        samples = {name: torch.from_numpy(np.require(array, requirements=["C", "W"])) for name, array in kept.items()}
+        before, after = self._features_of(np.stack([transition.observations, transition.next_observations]))
+        return {**samples, "observations": before, "next_observations": after}
+
+    def _features_of(self, observations: Float32Array) -> Tensor:
+        """(…, 111) to (…, FEATURE_SIZE)."""
+        pieces = torch.from_numpy(observations).flatten(0, -2).split(_FEATURES_AT_ONCE)
+        return torch.cat([self._features(piece) for piece in pieces]).unflatten(0, observations.shape[:-1])
 
 
-def _sac_agent(config: SacConfig, environment: EnvironmentConfig, policy: SquashedPolicy, memory: RandomMemory) -> SAC:
+def sac_networks(config: SacConfig) -> SacNetworks:
     spaces = (observation_space(), action_space())
-    models: dict[str, Model] = {"policy": policy}
-    models |= {name: Critic(*spaces, config.hidden) for name in _CRITICS}
+    policy = SquashedPolicy(*spaces, config.hidden)
+    first, second, first_target, second_target = (Critic(*spaces, config.hidden) for _ in range(4))
+    return SacNetworks(policy=policy, critics=(first, second), targets=(first_target, second_target))
+
+
+def sac_agent(config: SacConfig, networks: SacNetworks, memory: Memory) -> SAC:
+    """skrl's agent, which makes the optimisers and has the targets begin as their critics are."""
+    models: dict[str, Model] = {"policy": networks.policy}
+    for number, (critic, target) in enumerate(zip(networks.critics, networks.targets, strict=True), start=1):
+        models |= {f"critic_{number}": critic, f"target_critic_{number}": target}
     settings = SAC_CFG(
         batch_size=config.batch,
         discount_factor=config.discount,
         polyak=config.polyak,
         learning_rate=config.learning_rate,
         initial_entropy_value=config.initial_entropy,
-        observation_preprocessor=Features,
-        observation_preprocessor_kwargs={"workspace": environment},
     )
     settings.experiment.write_interval = settings.experiment.checkpoint_interval = 0
+    features = Box(-np.inf, np.inf, (FEATURE_SIZE,))
     agent = SAC(
-        models=models, memory=memory, cfg=settings, device="cpu", observation_space=spaces[0], action_space=spaces[1]
+        models=models,
+        memory=memory,
+        cfg=settings,
+        device="cpu",
+        observation_space=features,
+        action_space=action_space(),
     )
     agent.init()
-    # From here on it keeps track of its losses; had it known before, it would have opened a writer of its own.
-    agent.write_interval = 1
-    _derive_entropy_coefficient(agent)
     return agent
-
-
-def _derive_entropy_coefficient(agent: SAC) -> None:
-    """As skrl does after each update, so that a restored agent starts from the same bits."""
-    agent._entropy_coefficient = torch.exp(agent.log_entropy_coefficient.detach())

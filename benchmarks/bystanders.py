@@ -1,10 +1,14 @@
-"""What a second person in the picture does to the quality of the first one, with and without `perception.mask`.
+"""Who is taken for the person with a second one in the picture, and what that one does to the first one's quality.
 
     python -m benchmarks.bystanders --frames 400
 
-Test scenes with one bystander and the same scenes without, seen from all around, 1.5 to 9 m away. Compared are views
-with the bystander in the picture and nobody hidden by them, in which the person was told from the bystander, and of
-these the visible joints that were found at the same place in both.
+Test scenes with one bystander and the same scenes without, seen from all around, 1.5 to 9 m away. Clear are views with
+the bystander in the picture and nobody hidden by them, in which the person was found without them. In these it is told
+whose the keypoints are: of a look at the whole frame; tracked, by the filter of a look a step before at the person
+alone; and tracked from a step before on which the bystander was there already, and the filter knew nobody yet.
+
+The table of quality, with and without `perception.mask`, is of looks at the whole frame: of the clear views in which
+the person was told from the bystander, the visible joints that were found at the same place in both.
 """
 
 import argparse
@@ -21,18 +25,19 @@ from rich.progress import track
 
 from benchmarks.machine import machine_kind
 from benchmarks.viewpoints import all_views
-from orchestrator.view import camera_at
-from perception_worker.backend import open_network
+from orchestrator.view import a_step_before, camera_at
+from perception_worker.backend import open_look, open_network
+from perception_worker.look import WholeLook
 from perception_worker.network import Network, NetworkOutput, People
 from perception_worker.perceive import Perceiver
 from protocol.arrays import BoolArray, Float64Array, UInt8Array
 from protocol.camera import Camera, project
-from protocol.config import RunConfig
+from protocol.config import RunConfig, settled
 from protocol.messages import Render
 from protocol.observation import FilterState, Observation
 from protocol.scene import Scene
 from protocol.skeleton import Joint
-from render_worker.renderer import open_renderer
+from render_worker.renderer import Renderer, open_renderer
 from render_worker.scenes import sample_scene
 
 OWN_SHARE = 0.15
@@ -45,8 +50,14 @@ CLIP = 1.0
 """Metres, at which errors are clipped."""
 
 
-class Look(NamedTuple):
-    """One view, seen four ways."""
+class View(NamedTuple):
+    """One view, seen in several ways.
+
+    Attributes:
+        alone, alone_masked, both, both_masked: whole, without the bystander and with them.
+        tracked_alone, tracked, tracked_from_first: tracked, without the bystander; with them, who have just come; and
+            with them, who were there before anybody was known.
+    """
 
     scene: Scene
     camera: Camera
@@ -54,6 +65,9 @@ class Look(NamedTuple):
     alone_masked: Observation
     both: Observation
     both_masked: Observation
+    tracked_alone: Observation
+    tracked: Observation
+    tracked_from_first: Observation
 
 
 class Figures(Struct, frozen=True):
@@ -91,34 +105,56 @@ class Once:
         return self._network.decode(output)
 
 
-def looks(frames: int) -> Iterator[Look]:
-    """Every view: each picture is seen once, and judged without the mask and with it."""
-    config = RunConfig()
-    network = Once(open_network(config.perception))
-    perceivers = [Perceiver(network, replace(config.perception, mask=mask)) for mask in ("none", "skeleton")]
+class Looker:
+    """Looks at scenes in all the ways that are compared: each whole picture is seen once, and judged twice."""
+
+    def __init__(self, renderer: Renderer, config: RunConfig) -> None:
+        whole = WholeLook(Once(open_network(config.perception)))
+        self._whole, self._masked = (
+            Perceiver(whole, replace(config.perception, mask=mask)) for mask in ("none", "skeleton")
+        )
+        perception = settled(replace(config.perception, look="track"), config.profile)
+        self._tracking = Perceiver(open_look(perception), perception)
+        self._renderer = renderer
+        self._environment = config.environment
+
+    def look(self, scene: Scene, camera: Camera, rng: np.random.Generator) -> View:
+        """One view in all ways."""
+        without = replace(scene, bystanders=())
+        before = a_step_before(camera, self._environment, rng)
+        alone, both, before_alone, before_both = (
+            self._renderer.render(Render(scene=shown, camera=taken_by, truth=True))
+            for taken_by in (camera, before)
+            for shown in (without, scene)
+        )
+        nobody = FilterState.initial((*scene.position, self._environment.target_height))
+        knows, first = (self._tracking.perceive(one, nobody).filter for one in (before_alone, before_both))
+        whole = [one.perceive(shown, nobody) for shown in (alone, both) for one in (self._whole, self._masked)]
+        tracked = [self._tracking.perceive(*each) for each in ((alone, knows), (both, knows), (both, first))]
+        return View(scene, camera, *whole, *tracked)
+
+
+def views(frames: int) -> Iterator[View]:
+    """Every view."""
+    config, rng = RunConfig(), np.random.default_rng(0)
     with closing(open_renderer(config.render)) as renderer:
+        looker = Looker(renderer, config)
         for seed, viewpoint in zip(range(frames), all_views(seed=0, farthest=9.0), strict=False):
             scene = sample_scene(seed, "test", bystanders=1)
-            camera = camera_at(viewpoint, scene, config.environment)
-            before = FilterState.initial((*scene.position, config.environment.target_height))
-            seen: list[Observation] = []
-            for shown in (replace(scene, bystanders=()), scene):
-                frame = renderer.render(Render(scene=shown, camera=camera, truth=True))
-                seen += [perceiver.perceive(frame, before) for perceiver in perceivers]
-            yield Look(scene, camera, *seen)
+            yield looker.look(scene, camera_at(viewpoint, scene, config.environment), rng)
 
 
-def is_in_picture(look: Look) -> bool:
+def is_in_picture(view: View) -> bool:
     """Whether the middle of the bystander's body is."""
-    [bystander] = look.scene.bystanders
-    [[x, y, distance]] = project(np.array([[*bystander.position, 1.0]]), look.camera)
-    size = look.camera.intrinsics
+    [bystander] = view.scene.bystanders
+    [[x, y, distance]] = project(np.array([[*bystander.position, 1.0]]), view.camera)
+    size = view.camera.intrinsics
     return bool(distance > 0 and 0 <= x < size.width and 0 <= y < size.height)
 
 
-def is_hiding(look: Look) -> bool:
+def is_hiding(view: View) -> bool:
     """Whether the bystander hides a joint."""
-    return bool((look.alone.visible != look.both.visible).any())
+    return bool((view.alone.visible != view.both.visible).any())
 
 
 def is_of_person(camera: Camera, observation: Observation) -> bool:
@@ -131,10 +167,10 @@ def is_of_person(camera: Camera, observation: Observation) -> bool:
     return len(found) > 0 and bool(np.median(found) < OWN_SHARE * height)
 
 
-def compared_joints(look: Look) -> BoolArray:
+def compared_joints(view: View) -> BoolArray:
     """(18,) joints that are visible, and found at the same place with the bystander and without."""
-    away = np.linalg.norm(look.alone.keypoints - look.both.keypoints, axis=1)
-    return np.asarray(look.both.visible, dtype=bool) & (away < SAME_PLACE)
+    away = np.linalg.norm(view.alone.keypoints - view.both.keypoints, axis=1)
+    return np.asarray(view.both.visible, dtype=bool) & (away < SAME_PLACE)
 
 
 def figures(
@@ -163,29 +199,47 @@ def _truth(observation: Observation) -> Float64Array:
     return observation.joints
 
 
-def report(found: Sequence[Look]) -> Iterator[str]:
+def whose(views: Sequence[View], way: str) -> str:
+    """Of clear views, whose the keypoints are in one of the ways."""
+    seen = [(view.camera, getattr(view, way)) for view in views]
+    nobody = sum(not np.isfinite(observation.keypoints).any() for _, observation in seen)
+    own = sum(is_of_person(camera, observation) for camera, observation in seen)
+    other = len(seen) - own - nobody
+    return f"{own / len(seen):.1%} | {other / len(seen):.1%} | {nobody / len(seen):.1%}"
+
+
+def report(found: Sequence[View]) -> Iterator[str]:
     """What was seen, line by line."""
-    in_picture = [look for look in found if is_in_picture(look)]
-    clear = [look for look in in_picture if not is_hiding(look) and is_of_person(look.camera, look.alone)]
-    compared = [look for look in clear if is_of_person(look.camera, look.both)]
-    yield (
-        f"{len(found)} views; the bystander in the picture in {len(in_picture)}; nothing hidden by them and the person "
-        f"found without them in {len(clear)}; the person still taken for the person with them there in {len(compared)}"
-    )
-    joints = [compared_joints(look) for look in compared]
-    alone = [look.alone for look in compared]
+    in_picture = [view for view in found if is_in_picture(view) and not is_hiding(view)]
+    clear = [view for view in in_picture if is_of_person(view.camera, view.alone)]
+    clear_tracked = [view for view in in_picture if is_of_person(view.camera, view.tracked_alone)]
+    yield f"{len(found)} views; the bystander in the picture and nothing hidden by them in {len(in_picture)}"
+    yield "\n| | clear views | the person's | somebody else's | nobody's |\n|---|---:|---:|---:|---:|"
+    for name, views, way in (
+        ("whole", clear, "both"),
+        ("tracked, the bystander has just come", clear_tracked, "tracked"),
+        ("tracked, the bystander was there from the first look on", clear_tracked, "tracked_from_first"),
+    ):
+        yield f"| {name} | {len(views)} | {whose(views, way)} |"
+    yield from quality_report(found, [view for view in clear if is_of_person(view.camera, view.both)])
+
+
+def quality_report(found: Sequence[View], compared: Sequence[View]) -> Iterator[str]:
+    """What the bystander does to the quality in the views that are compared, line by line."""
+    joints = [compared_joints(view) for view in compared]
+    alone = [view.alone for view in compared]
     yield "\n| | mass | its shift | shifted by over 0.1 | quality | ρ with the error |\n|---|---:|---:|---:|---:|---:|"
     for name, observations in (
         ("alone", alone),
-        ('with a bystander, `mask = "none"`', [look.both for look in compared]),
-        ('with a bystander, `mask = "skeleton"`', [look.both_masked for look in compared]),
+        ('with a bystander, `mask = "none"`', [view.both for view in compared]),
+        ('with a bystander, `mask = "skeleton"`', [view.both_masked for view in compared]),
     ):
         row = figures(observations, alone, joints)
         yield (
             f"| {name} | {row.mass:.3f} | {row.shift:.3f} | {row.shifted:.1%} | {row.quality:.3f} "
             f"| {row.correlation:.2f} |"
         )
-    changes = [np.abs(look.alone.quality - look.alone_masked.quality) for look in found]
+    changes = [np.abs(view.alone.quality - view.alone_masked.quality) for view in found]
     changed = [change for change in changes if change.any()]
     yield (
         f"\nviews of one person in which the mask changes a quality: {len(changed)} of {len(found)}, "
@@ -202,7 +256,7 @@ def main() -> None:
     # As the perception worker does.
     cv2.setNumThreads(1)
     found = list(
-        track(looks(options.frames), total=options.frames, console=Console(stderr=True), description="looking")
+        track(views(options.frames), total=options.frames, console=Console(stderr=True), description="looking")
     )
     console.print(f"machine: {machine_kind()}", markup=False)
     for line in report(found):

@@ -1,56 +1,71 @@
-"""Perception's stages, and the pose networks against each other (the seed's table 2.1 on our renders).
+"""Perception's stages, the two looks, and the pose networks against each other (the thesis's table 2.1 on our renders).
 
-    python -m benchmarks.perception --frames 300
+    python -m benchmarks.perception --frames 600
 
-Views of test identities, 1.5 to 6 m away, from all around, rendered once; every network looks at the same ones. Times
-are of one thread unless a column says two; frames a second are from a picture to keypoints, all networks taking turns,
-so that other work on the machine slows them alike. Prints Markdown tables. Networks that were not pulled are left out.
+Views of test identities, 1.5 to 9 m away, from all around, and each from where the drone would have been a step before;
+every network looks at the same ones, and `track` goes on from the filter that its look a step before has made. Times
+are of one thread unless a column says two; all networks take turns on each view, so that other work on the machine
+slows them alike. Prints Markdown tables. Networks that were not pulled are left out.
 """
 
 import argparse
 import statistics
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import tee
+from itertools import islice, tee
+from typing import NamedTuple
 
 import cv2
 import numpy as np
-from msgspec.structs import asdict, replace
+from msgspec import Struct
+from msgspec.structs import replace
 from rich.console import Console
-from rich.progress import Progress, TaskID
+from rich.progress import Progress
 
 from benchmarks.machine import machine_kind
-from benchmarks.pose_quality import Correlation, Estimate, Figures, View, estimate, figures
-from benchmarks.viewpoints import all_views, observe_requests
+from benchmarks.pose_quality import BANDS, Correlation, Estimate, Figures, View, estimate, figures
+from benchmarks.viewpoints import all_views, observe_requests, requests_before
 from orchestrator.live_display import open_display
 from orchestrator.stop_request import stop_on_signals
-from orchestrator.worker_pair import worker_pair
-from perception_worker.backend import open_network
+from orchestrator.worker_pair import WorkerPair, worker_pair
+from perception_worker.backend import open_look, open_network
+from perception_worker.look import HeldPictures
 from perception_worker.network import Network
 from perception_worker.perceive import Perceiver
 from protocol.arrays import UInt8Array
-from protocol.config import PerceptionConfig, Profile, RunConfig
+from protocol.config import PerceptionConfig, Profile, RunConfig, settled
 from protocol.errors import ArtifactMissing
 from protocol.frame import Frame
 from protocol.messages import Render
-from protocol.observation import FilterState
+from protocol.region import Region
 
+FARTHEST = 9.0
 STAGES = ("infer", "decode", "lift", "qoe", "filter")
+_WHOLE, _TRACK = PerceptionConfig(look="whole", calibration="none"), PerceptionConfig(look="track", calibration="none")
 
-DEFAULT = "openpose_mobilenet_thin, f32"
+WHOLE, TRACK = "openpose_mobilenet_thin, whole", "openpose_mobilenet_thin, track"
 
-NETWORKS: dict[str, PerceptionConfig] = {
-    DEFAULT: PerceptionConfig(),
-    "openpose_mobilenet_thin, bf16": PerceptionConfig(precision="bf16"),
-    "openpose_mobilenet_thin, crop": PerceptionConfig(crop="person"),
-    "movenet_lightning": PerceptionConfig(network="movenet_lightning"),
-    "movenet_lightning, crop": PerceptionConfig(network="movenet_lightning", crop="person"),
-    "movenet_thunder": PerceptionConfig(network="movenet_thunder"),
-    "movenet_thunder, crop": PerceptionConfig(network="movenet_thunder", crop="person"),
-    "blazepose_full": PerceptionConfig(network="blazepose_full"),
-    "blazepose_full, crop": PerceptionConfig(network="blazepose_full", crop="person"),
+SIZES: dict[str, PerceptionConfig] = {
+    f"{TRACK} at {rows}×{columns}": replace(_TRACK, region_rows=rows, region_columns=columns)
+    for rows, columns in (
+        *((side, side) for side in (128, 160, 192, 224, 256)),
+        *((rows, columns) for rows, columns in ((160, 112), (176, 128), (192, 128), (192, 144), (224, 160))),
+    )
 }
-"""What each row of the table is; `crop` is a second look at the person."""
+"""The network's size for the region, from which the default was chosen."""
+
+OTHERS: dict[str, PerceptionConfig] = {
+    "openpose_mobilenet_thin, bf16, whole": replace(_WHOLE, precision="bf16"),
+    "openpose_mobilenet_thin, bf16, track": replace(_TRACK, precision="bf16"),
+    **{
+        f"{name}, {one.look}": replace(one, network=name)
+        for name in ("movenet_lightning", "movenet_thunder", "blazepose_full")
+        for one in (_WHOLE, _TRACK)
+    },
+}
+
+NETWORKS: dict[str, PerceptionConfig] = {WHOLE: _WHOLE, TRACK: _TRACK, **SIZES, **OTHERS}
+"""What each row of the tables is."""
 
 ENGINES: dict[str, dict[str, object]] = {
     "OpenVINO, 1 thread": {"backend": "openvino", "threads": 1},
@@ -59,32 +74,58 @@ ENGINES: dict[str, dict[str, object]] = {
     "ONNX Runtime, 2 threads": {"backend": "onnxruntime", "threads": 2},
 }
 
-Views = Sequence[tuple[View, Frame]]
+PICTURES_TIMED = 60
+
 Seconds = dict[str, list[float]]
 
 
-def rendered_views(frames: int, config: RunConfig, console: Console) -> list[tuple[View, Frame]]:
+class Moment(NamedTuple):
+    """A view, and the same person from where the drone would have been a step before."""
+
+    view: View
+    before: Frame
+    frame: Frame
+
+
+class Seen(Struct, frozen=True, eq=False):
+    """What one network made of a view.
+
+    Attributes:
+        searched: whether it looked at the whole frame.
+    """
+
+    estimate: Estimate
+    timings: Mapping[str, float]
+    searched: bool
+
+
+class Noted(HeldPictures):
+    """A frame of which it is noted whether all of it was looked at."""
+
+    def __init__(self, frame: Frame) -> None:
+        super().__init__(frame)
+        self.searched = False
+
+    def part(self, region: Region) -> Frame:
+        """Exactly that part."""
+        self.searched |= region == self.area
+        return super().part(region)
+
+
+def moments(pair: WorkerPair, frames: int, config: RunConfig) -> Iterator[Moment]:
     """Views of test scenes and what the render worker draws of them, with the truth."""
-    with (
-        stop_on_signals() as stop,
-        open_display(console) as display,
-        worker_pair(config, display=display, stop=stop) as pair,
-    ):
-        viewpoints, again = tee(all_views(seed=0))
-        requests = observe_requests(pair, viewpoints, frames, config.environment)
-        views = [View(request, viewpoint.angle) for request, viewpoint in zip(requests, again, strict=False)]
-        with Progress(console=console) as progress:
-            pictures = (
-                pair.renderer.call(Render(scene=view.request.scene, camera=view.request.camera, truth=True))
-                for view in views
-            )
-            return list(zip(views, progress.track(pictures, len(views), description="rendering"), strict=True))
+    viewpoints, again = tee(all_views(seed=0, farthest=FARTHEST))
+    requests, asked = tee(observe_requests(pair, viewpoints, frames, config.environment))
+    befores = requests_before(asked, config.environment, seed=0)
+    for request, before, viewpoint in zip(requests, befores, again, strict=False):
+        seen = (Render(scene=one.scene, camera=one.camera, truth=True) for one in (before, request))
+        yield Moment(View(request, viewpoint.angle, viewpoint.distance), *pair.renderer.map(seen))
 
 
-def pulled_networks(console: Console) -> dict[str, PerceptionConfig]:
+def pulled_networks(names: Mapping[str, PerceptionConfig], console: Console) -> dict[str, PerceptionConfig]:
     """The rows whose network is here."""
     found: dict[str, PerceptionConfig] = {}
-    for name, config in NETWORKS.items():
+    for name, config in names.items():
         try:
             open_network(config)
         except ArtifactMissing as error:
@@ -94,29 +135,50 @@ def pulled_networks(console: Console) -> dict[str, PerceptionConfig]:
     return found
 
 
-def look(config: PerceptionConfig, profile: Profile, views: Views) -> Iterator[tuple[Estimate, Mapping[str, float]]]:
-    """What a network makes of every view, and its seconds by stage."""
-    perceiver = Perceiver(open_network(config), config, profile=profile)
-    perceiver.perceive(views[0][1], views[0][0].request.filter)
-    for view, frame in views:
-        observation = perceiver.perceive(frame, view.request.filter or FilterState.initial())
-        yield estimate(view, observation), observation.timings
+def look(perceiver: Perceiver, moment: Moment) -> Seen:
+    """What a network makes of a view, with the filter that its look a step before has made."""
+    before = perceiver.perceive(moment.before, moment.view.request.filter)
+    pictures = Noted(moment.frame)
+    observation = perceiver.observe(pictures, before.filter)
+    return Seen(estimate(moment.view, observation), observation.timings, pictures.searched)
+
+
+def looks(
+    configs: Mapping[str, PerceptionConfig], profile: Profile, views: Iterator[Moment], pictures: list[UInt8Array]
+) -> dict[str, list[Seen]]:
+    """What every network makes of every view; the first pictures are kept for `speeds`."""
+    perceivers = {
+        name: Perceiver(open_look(settled(config, profile)), config, profile=profile)
+        for name, config in configs.items()
+    }
+    found: dict[str, list[Seen]] = {name: [] for name in configs}
+    for moment in views:
+        if len(pictures) < PICTURES_TIMED:
+            pictures.append(moment.frame.rgb)
+        for name, perceiver in perceivers.items():
+            found[name].append(look(perceiver, moment))
+    return found
 
 
 def speeds(networks: Mapping[str, PerceptionConfig], pictures: Sequence[UInt8Array], progress: Progress) -> Seconds:
-    """Seconds of each picture by network and engine, in turns; a second look is not in them."""
-    single = {name: config for name, config in networks.items() if config.crop == "none"}
+    """Seconds of each picture by network and engine, in turns: one look, at a whole frame or at a region of 360×260."""
     timed = {
-        f"{name}|{engine}": open_network(replace(config, **options))
-        for name, config in single.items()
+        f"{name}|{engine}": (open_network(replace(_of_look(config), **options)), config.look)
+        for name, config in networks.items()
         for engine, options in ENGINES.items()
-        if config.precision == "f32" or options["backend"] == "openvino"
+        if (config.look == "whole" or config.region_rows)
+        and (config.precision == "f32" or "openvino" in options.values())
     }
     seconds: Seconds = {name: [] for name in timed}
     for picture in progress.track(pictures, description="frames a second"):
-        for name, network in timed.items():
-            seconds[name].append(_timed(network, picture))
+        for name, (network, own) in timed.items():
+            seconds[name].append(_timed(network, picture if own == "whole" else picture[60:420, 190:450]))
     return seconds
+
+
+def _of_look(config: PerceptionConfig) -> PerceptionConfig:
+    region = {"rows": config.region_rows, "columns": config.region_columns}
+    return config if config.look == "whole" else replace(config, **region)
 
 
 def _timed(network: Network, picture: UInt8Array) -> float:
@@ -126,57 +188,84 @@ def _timed(network: Network, picture: UInt8Array) -> float:
 
 
 def stage_table(timings: Sequence[Mapping[str, float]]) -> str:
-    """Milliseconds of each stage: the median and the 99th percentile."""
-    rows = []
+    """Milliseconds of each stage: the median, the mean and the 99th percentile."""
+    rows: list[str] = []
     for stage in STAGES:
-        milliseconds = 1e3 * np.array([each[stage] for each in timings])
-        rows.append(f"| {stage} | {np.median(milliseconds):.2f} | {np.quantile(milliseconds, 0.99):.2f} |")
-    return "\n".join(["| stage | median, ms | 99th percentile, ms |", "|---|---:|---:|", *rows])
+        seconds = 1e3 * np.array([each[stage] for each in timings])
+        rows.append(f"| {stage} | {np.median(seconds):.2f} | {seconds.mean():.2f} | {np.quantile(seconds, 0.99):.2f} |")
+    return "\n".join(["| stage | median, ms | mean, ms | 99th percentile, ms |", "|---|---:|---:|---:|", *rows])
 
 
 def speed_table(seconds: Seconds) -> str:
-    """Frames a second of each network, by engine and threads."""
+    """Looks a second of each network, by engine and threads."""
     names = dict.fromkeys(key.partition("|")[0] for key in seconds)
-    rows = []
+    rows: list[str] = []
     for name in names:
         found = (seconds.get(f"{name}|{engine}") for engine in ENGINES)
         rows.append(f"| {name} | " + " | ".join(f"{1 / statistics.median(f):.1f}" if f else "–" for f in found) + " |")
-    return "\n".join([f"| frames/s | {' | '.join(ENGINES)} |", "|---|" + "---:|" * len(ENGINES), *rows])
+    return "\n".join([f"| looks/s | {' | '.join(ENGINES)} |", "|---|" + "---:|" * len(ENGINES), *rows])
 
 
-def quality_table(by_network: Mapping[str, Figures]) -> str:
-    """What each network is worth, a row each."""
-    head = "| network | joints found /18 | right in the picture | joint error, m | ρ | ρ, clipped at 1 m | "
-    head += "left–right swaps | faces on backs | nobody |"
-    rows = [
-        f"| {name} | {one.found:.1f} | {one.right:.1%} | {one.error:.3f} | {_interval(one.correlation)} | "
-        f"{_interval(one.clipped_correlation)} | {one.swapped:.1%} | {one.faces_behind:.0%} | {one.nobody:.1%} |"
-        for name, one in by_network.items()
-    ]
-    return "\n".join([head, "|---|" + "---:|" * len(asdict(next(iter(by_network.values())))), *rows])
+def picture_table(by_network: Mapping[str, Sequence[Seen]]) -> str:
+    """What each network finds in the picture, how far off in space, and how long it takes, a row each."""
+    head = f"| network | infer: median, mean, ms | joints found /18 | right in the picture | {' | '.join(BANDS)} | "
+    head += "joint error: median, mean, m | nobody | looked at whole |"
+    return "\n".join(
+        [head, "|---|---:|---:|---:|" + "---:|" * (len(BANDS) + 3), *map(_picture_row, *_unzip(by_network))]
+    )
+
+
+def _picture_row(name: str, seen: Sequence[Seen]) -> str:
+    one, infer = _figures(seen), [1e3 * each.timings["infer"] for each in seen]
+    bands = " | ".join(f"{share:.1%}" for share in one.right_in)
+    return (
+        f"| {name} | {np.median(infer):.1f}, {np.mean(infer):.1f} | {one.found:.1f} | {one.right:.1%} | {bands} | "
+        f"{one.error:.3f}, {one.mean_error:.3f} | {one.nobody:.2%} | {np.mean([each.searched for each in seen]):.1%} |"
+    )
+
+
+def trust_table(by_network: Mapping[str, Sequence[Seen]]) -> str:
+    """How far each network's quality tells its errors, and what it takes for what, a row each."""
+    head = "| network | ρ | ρ, clipped at 1 m | left–right swaps | faces on backs |"
+    return "\n".join([head, "|---|---:|---:|---:|---:|", *map(_trust_row, *_unzip(by_network))])
+
+
+def _trust_row(name: str, seen: Sequence[Seen]) -> str:
+    one = _figures(seen)
+    correlations = f"{_interval(one.correlation)} | {_interval(one.clipped_correlation)}"
+    return f"| {name} | {correlations} | {one.swapped:.1%} | {one.faces_behind:.0%} |"
+
+
+def _figures(seen: Sequence[Seen]) -> Figures:
+    return figures([each.estimate for each in seen])
+
+
+def _unzip(by_network: Mapping[str, Sequence[Seen]]) -> tuple[list[str], list[Sequence[Seen]]]:
+    return list(by_network), list(by_network.values())
 
 
 def _interval(found: Correlation) -> str:
     return f"{found.value:.2f} [{found.low:.2f}, {found.high:.2f}]"
 
 
-def measure(views: Views, profile: Profile, console: Console) -> str:
+def measure(frames: int, profile: Profile, names: Mapping[str, PerceptionConfig], console: Console) -> Iterator[str]:
     """All tables as Markdown."""
     # As the worker does: OpenCV's own threads would only contend for the same cores.
     cv2.setNumThreads(1)
-    networks = pulled_networks(console)
-    looks: dict[str, list[tuple[Estimate, Mapping[str, float]]]] = {}
-    with Progress(console=console) as progress:
-        for name, config in networks.items():
-            task: TaskID = progress.add_task(name, total=len(views))
-            looks[name] = []
-            for seen in look(config, profile, views):
-                looks[name].append(seen)
-                progress.advance(task)
-        seconds = speeds(networks, [frame.rgb for _, frame in views[:60]], progress)
-    quality = {name: figures([seen for seen, _ in found]) for name, found in looks.items()}
-    stages = stage_table([timings for _, timings in looks[DEFAULT]])
-    return "\n\n".join([f"{DEFAULT}, one thread:\n\n{stages}", speed_table(seconds), quality_table(quality)])
+    config, networks, pictures = RunConfig(), pulled_networks(names, console), list[UInt8Array]()
+    with (
+        stop_on_signals() as stop,
+        open_display(console) as display,
+        worker_pair(config, display=display, stop=stop) as pair,
+        Progress(console=console) as progress,
+    ):
+        views = progress.track(moments(pair, frames, config), frames, description="looking")
+        found = looks(networks, profile, iter(views), pictures)
+        for name in islice(networks, 2):
+            yield f"{name}, one thread:\n\n{stage_table([each.timings for each in found[name]])}"
+        yield picture_table(found)
+        yield trust_table(found)
+        yield speed_table(speeds(networks, pictures, progress))
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -186,13 +275,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--frames", type=int, default=300, help="views, 2 MB of memory each (default: %(default)s)")
+    parser.add_argument("--frames", type=int, default=600, help="views (default: %(default)s)")
     parser.add_argument("--profile", choices=["thesis", "vantage"], default="vantage", help="whose way of lifting")
+    parser.add_argument("--sizes", action="store_true", help="the default network in its sizes alone")
     options = parser.parse_args(arguments)
     errors, console = Console(stderr=True), Console(soft_wrap=True)
-    views = rendered_views(options.frames, RunConfig(), errors)
-    console.print(f"machine: {machine_kind()}; {len(views)} views; profile {options.profile}\n", highlight=False)
-    console.print(measure(views, options.profile, errors), markup=False, highlight=False)
+    names = {WHOLE: _WHOLE, TRACK: _TRACK, **SIZES} if options.sizes else NETWORKS
+    console.print(f"machine: {machine_kind()}; {options.frames} views; profile {options.profile}", highlight=False)
+    for table in measure(options.frames, options.profile, names, errors):
+        console.print(f"\n{table}", markup=False, highlight=False)
 
 
 if __name__ == "__main__":

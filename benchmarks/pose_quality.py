@@ -22,11 +22,16 @@ MOST_ERROR = 1.0
 _FACE = [Joint.NOSE, Joint.RIGHT_EYE, Joint.LEFT_EYE]
 
 
+BANDS = {"under 3 m": (0.0, 3.0), "3 to 6 m": (3.0, 6.0), "beyond 6 m": (6.0, np.inf)}
+"""Metres along the ground from the person to the camera, the upper end excluded."""
+
+
 class View(NamedTuple):
-    """What was asked for, and from how many degrees from the person's front."""
+    """What was asked for, and from how many degrees from the person's front and how many metres along the ground."""
 
     request: Observe
     angle: float
+    distance: float
 
 
 class Estimate(Struct, frozen=True, eq=False):
@@ -39,6 +44,7 @@ class Estimate(Struct, frozen=True, eq=False):
         visible: to the camera.
         right, swapped: as `benchmarks.detection` defines them.
         behind: whether the camera sees no face.
+        distance: metres along the ground.
         identity: whose body it is.
     """
 
@@ -49,6 +55,7 @@ class Estimate(Struct, frozen=True, eq=False):
     right: BoolArray
     swapped: BoolArray
     behind: bool
+    distance: float
     identity: int
 
 
@@ -65,8 +72,8 @@ class Figures(Struct, frozen=True):
 
     Attributes:
         found: joints detected in a view, of 18, on average.
-        right: of the visible joints, the share within 5% of the body's height in the picture.
-        error: metres, the median over all located joints.
+        right: of the visible joints, the share within 5% of the body's height in the picture; `right_in` by `BANDS`.
+        error, mean_error: metres, the median and the mean over all located joints.
         correlation, clipped_correlation: Pearson's, over views with a located joint, of mean uncertainty and mean error
             of the located joints; the error as it is, and clipped.
         swapped: of the visible joints, the share nearer to their mirror joint.
@@ -76,7 +83,9 @@ class Figures(Struct, frozen=True):
 
     found: float
     right: float
+    right_in: tuple[float, ...]
     error: float
+    mean_error: float
     correlation: Correlation
     clipped_correlation: Correlation
     swapped: float
@@ -101,6 +110,7 @@ def estimate(view: View, observation: Observation) -> Estimate:
         right=found.found,
         swapped=found.swapped,
         behind=abs(view.angle) > BEHIND,
+        distance=view.distance,
         identity=view.request.scene.identity,
     )
 
@@ -111,14 +121,18 @@ def figures(estimates: Sequence[Estimate]) -> Figures:
         np.stack([getattr(one, name) for one in estimates])
         for name in ("detected", "error", "visible", "right", "swapped")
     )
-    behind = np.array([one.behind for one in estimates])
+    behind, distance = np.array([one.behind for one in estimates]), np.array([one.distance for one in estimates])
+    bands = [(distance >= nearest) & (distance < farthest) for nearest, farthest in BANDS.values()]
+    located = error[np.isfinite(error)]
     face: BoolArray = np.any(detected[:, _FACE], axis=1)
     nobody: BoolArray = ~np.any(detected, axis=1)
     raw, clipped = frame_correlations(estimates)
     return Figures(
         found=float(detected.sum(axis=1).mean()),
         right=_mean(right[visible]),
-        error=float(np.nanmedian(error)) if np.isfinite(error).any() else np.nan,
+        right_in=tuple(_mean(right[band][visible[band]]) for band in bands),
+        error=float(np.median(located)) if located.size else np.nan,
+        mean_error=float(np.mean(located)) if located.size else np.nan,
         correlation=raw,
         clipped_correlation=clipped,
         swapped=_mean(swapped[visible]),

@@ -30,13 +30,13 @@ from perception_worker.backend import open_network
 from perception_worker.calibration.choice import open_calibration
 from perception_worker.lifting import lift, windows_around
 from perception_worker.network import NetworkOutput
-from perception_worker.region import Region
 from protocol.arrays import Float64Array
 from protocol.camera import Camera
 from protocol.config import RunConfig, settled
 from protocol.errors import Unavailable
 from protocol.frame import Frame
 from protocol.messages import Render
+from protocol.region import Region
 from render_worker.renderer import open_renderer
 from render_worker.scenes import sample_scene
 

@@ -1,10 +1,11 @@
-"""Cameras around test scenes, drawn from a seed."""
+"""Cameras around test scenes, drawn from a seed, and where each would have been a step before."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
+from msgspec.structs import replace
 
-from orchestrator.view import Viewpoint, camera_at
+from orchestrator.view import Viewpoint, a_step_before, camera_at
 from orchestrator.worker_pair import WorkerPair
 from protocol.config import EnvironmentConfig
 from protocol.messages import Observe, SampleScene
@@ -26,6 +27,13 @@ def all_views(seed: int, farthest: float = 6.0) -> Iterator[Viewpoint]:
         yield Viewpoint(
             distance=rng.uniform(1.5, farthest), angle=rng.uniform(-180.0, 180.0), altitude=rng.uniform(1.0, 2.5)
         )
+
+
+def requests_before(requests: Iterable[Observe], environment: EnvironmentConfig, seed: int) -> Iterator[Observe]:
+    """For each request the one that a flying drone would have made a step before, without the truth."""
+    rng = np.random.default_rng(seed)
+    for request in requests:
+        yield replace(request, camera=a_step_before(request.camera, environment, rng), truth=False)
 
 
 def observe_requests(

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import cv2
+import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
@@ -25,6 +26,9 @@ from protocol.scene import MOST_BYSTANDERS, Scene, Split
 
 SMALLEST_SIZE, LARGEST_SIZE = 16, 8192
 """What a camera can have, in pixels."""
+LONGEST_STEP = 0.5
+"""Metres that lie at most between a view and the one a step before."""
+
 PICTURE_FORMATS = (".png", ".jpg", ".jpeg", ".webp")
 
 
@@ -124,6 +128,24 @@ def camera_at(viewpoint: Viewpoint, scene: Scene, environment: EnvironmentConfig
         intrinsics=Intrinsics.from_horizontal_fov(optics.width, optics.height, optics.horizontal_fov),
         depth_noise=optics.depth_noise,
     )
+
+
+def a_step_before(camera: Camera, environment: EnvironmentConfig, random: np.random.Generator) -> Camera:
+    """Where a flying camera would have been a step before: at most `LONGEST_STEP` away, turned to the same target.
+
+    It keeps the distance along the ground and the altitudes that a flight keeps, or the camera's own where that is
+    nearer, lower or higher.
+    """
+    here, target = np.array(camera.pose.position), np.array(camera.pose.target)
+    nearest = min(environment.keep_out, float(np.hypot(*(here - target)[:2])))
+    lowest, highest = min(environment.lowest, here[2]), max(environment.highest, here[2])
+    while True:
+        direction = random.normal(size=3)
+        step = LONGEST_STEP * random.random() ** (1 / 3) * direction / np.linalg.norm(direction)
+        before = here + step
+        if np.hypot(*(before - target)[:2]) >= nearest and lowest <= before[2] <= highest:
+            x, y, z = before.tolist()
+            return replace(camera, pose=replace(camera.pose, position=(x, y, z)))
 
 
 def view(

@@ -4,8 +4,11 @@ import importlib.util
 import logging
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from perception_worker.engine import Engine
 from perception_worker.layout import find_layout
+from perception_worker.look import Look, TrackingLook, WholeLook
 from perception_worker.models import KNOWN, OPENPOSE_MOBILENET_THIN, require_network
 from perception_worker.network import Network
 from perception_worker.openpose_network import OpenPoseNetwork
@@ -22,7 +25,13 @@ from protocol.errors import InvalidConfig, Unavailable
 _logger = logging.getLogger(__name__)
 
 DEFAULT_SIZE = 240, 320
-"""Rows and columns where the configuration names none and the network takes any."""
+"""Rows and columns of a whole frame where the configuration names none and the network takes any."""
+
+DEFAULT_SEARCH = 320, 424
+"""Likewise, of whoever looks at a whole frame only to find the person in it."""
+
+DEFAULT_REGION = 176, 128
+"""Likewise, of the region around a person, who is taller than wide (docs/decisions/0210)."""
 
 _OPENPOSE_THRESHOLD = 0.1
 
@@ -61,6 +70,30 @@ def open_network(config: PerceptionConfig) -> Network:
     )
 
 
+def open_look(config: PerceptionConfig) -> Look:
+    """The way of looking that a configuration, settled by its profile, names, with its networks.
+
+    Raises:
+        VantageError: as `open_network`.
+    """
+    whole = open_network(config)
+    if config.look == "whole":
+        return WholeLook(whole)
+    size = region_size(config)
+    closer = whole if size is None else open_network(replace(config, rows=size[0], columns=size[1]))
+    return TrackingLook(whole, closer)
+
+
+def region_size(config: PerceptionConfig) -> tuple[int, int] | None:
+    """Rows and columns of a region around a person as the network is shown it; None where it sees all in one size."""
+    if network_name(config) in _SINGLE_PERSON:
+        return None
+    if _file_decides(config) and config.region_rows is None and config.region_columns is None:
+        return None
+    rows, columns = DEFAULT_REGION
+    return config.region_rows or rows, config.region_columns or columns
+
+
 def network_name(config: PerceptionConfig) -> str:
     """What the configuration's network is called: the name that it is known by, or its file's."""
     if config.network is None:
@@ -84,10 +117,16 @@ def peak_threshold(config: PerceptionConfig) -> float:
 
 def _open_single_person(name: str, kind: SinglePersonKind, config: PerceptionConfig) -> Network:
     rows, columns = kind.size
-    if (config.rows or rows, config.columns or columns) != kind.size:
+    given = (
+        config.rows or rows,
+        config.columns or columns,
+        config.region_rows or rows,
+        config.region_columns or columns,
+    )
+    if given != (*kind.size, *kind.size):
         raise InvalidConfig(
-            f"perception.rows, perception.columns: {name} takes images of {rows}×{columns} and no others; leave both "
-            "out"
+            f"perception.rows, columns, region_rows, region_columns: {name} takes images of {rows}×{columns} and no "
+            "others; leave them out"
         )
     if (config.layout, config.pixels) != ("auto", "auto"):
         raise InvalidConfig(f"perception.layout, perception.pixels: those of {name} are known; leave both out")
@@ -96,11 +135,14 @@ def _open_single_person(name: str, kind: SinglePersonKind, config: PerceptionCon
 
 
 def _wanted_size(config: PerceptionConfig) -> tuple[int, int] | None:
-    file_decides = config.network is not None and config.network not in KNOWN
-    if file_decides and config.rows is None and config.columns is None:
+    if _file_decides(config) and config.rows is None and config.columns is None:
         return None
-    rows, columns = DEFAULT_SIZE
+    rows, columns = DEFAULT_SEARCH if config.look == "track" else DEFAULT_SIZE
     return config.rows or rows, config.columns or columns
+
+
+def _file_decides(config: PerceptionConfig) -> bool:
+    return config.network is not None and config.network not in KNOWN
 
 
 def _network_file(config: PerceptionConfig) -> Path:

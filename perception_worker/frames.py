@@ -12,6 +12,7 @@ from protocol.frame import Encoding, Frame
 from protocol.messages import Observe, Render
 from protocol.packing import unpack
 from protocol.pool import Pool
+from protocol.region import Region
 from protocol.security.policy import is_local
 
 _logger = logging.getLogger(__name__)
@@ -32,20 +33,28 @@ class RenderedFrames:
         self._clock = clock
         self._asked_last: Encoding | None = None
 
-    def fetch(self, request: Observe) -> Frame:
+    def of(self, request: Observe) -> "RenderedPictures":
+        """What a request's camera sees."""
+        return RenderedPictures(self, request, until=self._clock() + self._deadline)
+
+    def fetch(self, render: Render, until: float) -> Frame:
         """Have a scene rendered; the frame's `timings` have what that took, and its way here.
+
+        Args:
+            until: by the clock, when to give up.
 
         Raises:
             CallFailed: no render worker gave a frame; another try may.
             MalformedMessage, LimitExceeded: what came is no frame as it was asked for.
         """
-        encoding = self._choose()
-        render = Render(scene=request.scene, camera=request.camera, truth=request.truth, encoding=encoding)
-        pending = self._renderers.submit(render, deadline=self._deadline)
+        render = replace(render, encoding=self._choose())
+        pending = self._renderers.submit(render, deadline=max(until - self._clock(), 0.0))
         frame = pending.result()
-        # A worker that knows nothing of packing answers as ever. No other departs from what was asked for.
-        if frame.encoding not in ("none", encoding):
-            raise MalformedMessage(f"a frame came as {frame.encoding}, {encoding} was asked for")
+        # A worker that knows nothing of packing or of regions answers as ever. No other departs from what was asked.
+        if frame.encoding not in ("none", render.encoding):
+            raise MalformedMessage(f"a frame came as {frame.encoding}, {render.encoding} was asked for")
+        if frame.region not in (None, render.region):
+            raise MalformedMessage(f"a frame of {frame.region} came, {render.region} was asked for")
         way_here = {"render": pending.timing.compute, "transport": pending.timing.transport}
         opened = opened_by(self._clock, frame)
         return replace(opened, timings=way_here | opened.timings)
@@ -56,6 +65,32 @@ class RenderedFrames:
             _logger.info("frames are asked for as %s (perception.frames is %s)", encoding, self._encoding)
             self._asked_last = encoding
         return encoding
+
+
+class RenderedPictures:
+    """What the camera of a request sees, rendered as far as it is asked for.
+
+    Args:
+        until: by the clock of `frames`, when to give up.
+    """
+
+    def __init__(self, frames: RenderedFrames, request: Observe, *, until: float) -> None:
+        self.camera = request.camera
+        self.area = Region.seen_by(request.camera.intrinsics)
+        self.timings: dict[str, float] = {}
+        self._frames = frames
+        self._render = Render(scene=request.scene, camera=request.camera, truth=request.truth)
+        self._until = until
+
+    def part(self, region: Region) -> Frame:
+        """Exactly that part; raises as `RenderedFrames.fetch`."""
+        wanted = None if region == self.area else region
+        frame = self._frames.fetch(replace(self._render, region=wanted), self._until)
+        for stage, seconds in frame.timings.items():
+            self.timings[stage] = self.timings.get(stage, 0.0) + seconds
+        if frame.camera != self.camera:
+            raise MalformedMessage("a frame of another camera came than was asked for")
+        return frame.part(region)
 
 
 def opened_by(clock: Clock, frame: Frame) -> Frame:

@@ -1,45 +1,24 @@
-"""A frame and a filter in, an observation out: the whole pipeline, without a socket."""
+"""Pictures and a filter in, an observation out: the whole pipeline, without a socket."""
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import cast
 
-import msgspec
 import numpy as np
+from msgspec.structs import astuple
 from numpy.typing import NDArray
 
 from perception_worker import kalman
 from perception_worker.calibration import Calibrated, Calibration
 from perception_worker.lifting import Windows, lift, windows_around
-from perception_worker.network import Network, NetworkOutput
+from perception_worker.look import HeldPictures, Look, Pictures, Sight
 from perception_worker.qoe import Quality, distance_quality, heatmap_cells, nearest_cells, quality_of_estimation
-from perception_worker.region import around_person
 from perception_worker.stopwatch import Clock, Stopwatch
-from protocol.arrays import Float64Array, UInt8Array
+from protocol.arrays import Float64Array
 from protocol.camera import Camera
 from protocol.config import PerceptionConfig, Profile, settled
 from protocol.frame import Frame
 from protocol.observation import FilterState, Lifting, Observation, Reading
-from protocol.region import Region
-
-LEAST_TO_CROP = 3
-"""Joints that a look at a frame must find to be believed: fewer are nobody to look closer at, or somebody lost."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Sight:
-    """What the network saw in a part of a frame.
-
-    Attributes:
-        keypoints: (18, 2) of the person, in the frame's pixels.
-        others: (n, 18, 2) of other people, in the heatmaps' cells, column and row.
-    """
-
-    region: Region
-    output: NetworkOutput
-    keypoints: Float64Array
-    others: Float64Array
 
 
 class Perceiver:
@@ -47,7 +26,7 @@ class Perceiver:
 
     def __init__(
         self,
-        network: Network,
+        look: Look,
         config: PerceptionConfig,
         *,
         profile: Profile = "vantage",
@@ -55,9 +34,8 @@ class Perceiver:
         clock: Clock = time.perf_counter,
     ) -> None:
         config = settled(config, profile)
-        self._network = network
+        self._look = look
         self._lifting: Lifting = cast("Lifting", config.lifting)
-        self._crop = config.crop
         self._calibration = calibration
         self._masks_others = config.mask == "skeleton"
         self._clock = clock
@@ -65,11 +43,21 @@ class Perceiver:
     def perceive(
         self, frame: Frame, filter_state: FilterState, *, heatmaps: bool = False, liftings: Sequence[Lifting] = ()
     ) -> Observation:
-        """Estimate the pose in a frame.
+        """Estimate the pose in a frame at hand; see `observe`.
 
         Args:
             frame: an RGB-D picture; its true joints, where it has any, are passed on.
-            filter_state: the filter before this frame.
+        """
+        return self.observe(HeldPictures(frame), filter_state, heatmaps=heatmaps, liftings=liftings)
+
+    def observe(
+        self, pictures: Pictures, filter_state: FilterState, *, heatmaps: bool = False, liftings: Sequence[Lifting] = ()
+    ) -> Observation:
+        """Estimate the pose in what a camera sees.
+
+        Args:
+            pictures: what the camera sees, of which as much is asked for as is looked at.
+            filter_state: the filter before this moment.
             heatmaps: whether the observation is to carry the network's heatmaps.
             liftings: ways of lifting whose readings it is to carry.
 
@@ -78,11 +66,13 @@ class Perceiver:
 
         Raises:
             InvalidOutput: the network gave no maps, or a map that has a value that is not finite.
+            CallFailed: nobody gave a picture; another try may.
         """
         watch = Stopwatch(self._clock)
-        sight = self._look(frame.rgb, watch)
+        sight = self._look.look(pictures, filter_state, watch)
+        frame = sight.frame
         with watch.stage("lift"):
-            windows = windows_around(frame.depth, sight.keypoints)
+            windows = windows_around(frame.depth, frame.area.inside(sight.keypoints))
             points = lift(windows, sight.keypoints, frame.camera, self._lifting)
         with watch.stage("qoe"):
             others = nearest_cells(sight.others, sight.output.heatmaps.shape[1:]) if self._masks_others else None
@@ -99,10 +89,10 @@ class Perceiver:
             quality=quality.combined,
             filter=updated,
             heatmaps=sight.output.heatmaps if heatmaps else None,
-            heatmap_area=msgspec.structs.astuple(sight.region) if heatmaps else None,
+            heatmap_area=astuple(sight.region) if heatmaps else None,
             joints=frame.joints,
             visible=frame.visible,
-            timings=watch.seconds,
+            timings=pictures.timings | watch.seconds,
             spread=windows.spread,
             expected_error=calibrated and calibrated.expected_error,
             radius=calibrated and calibrated.radius,
@@ -119,38 +109,13 @@ class Perceiver:
             camera=camera.pose.position,
         )
 
-    def _look(self, rgb: UInt8Array, watch: Stopwatch) -> _Sight:
-        whole = Region.whole(*rgb.shape[:2])
-        sight = self._look_at(whole, rgb, watch)
-        if self._crop == "none" or _found(sight) < LEAST_TO_CROP:
-            return sight
-        rows, columns = self._network.input_size
-        closer = around_person(sight.keypoints, whole, aspect=columns / rows)
-        if closer == whole:
-            return sight
-        second = self._look_at(closer, rgb, watch)
-        return second if _found(second) >= LEAST_TO_CROP else sight
 
-    def _look_at(self, region: Region, rgb: UInt8Array, watch: Stopwatch) -> _Sight:
-        with watch.stage("infer"):
-            output = self._network.infer(region.part(rgb))
-        with watch.stage("decode"):
-            people = self._network.decode(output)
-            keypoints = region.pixels(people.person, output.heatmaps.shape[1:])
-        return _Sight(region, output, keypoints, people.others)
-
-
-def _read(lifting: Lifting, windows: Windows, sight: _Sight, quality: Quality, camera: Camera) -> Reading:
+def _read(lifting: Lifting, windows: Windows, sight: Sight, quality: Quality, camera: Camera) -> Reading:
     points = lift(windows, sight.keypoints, camera, lifting)
     distance = distance_quality(points)
     return Reading(points=points, distance=distance, quality=(quality.mass + quality.height + distance) / 3)
 
 
-def _found(sight: _Sight) -> int:
-    return int(np.isfinite(sight.keypoints[:, 0]).sum())
-
-
-def _cells(sight: _Sight) -> NDArray[np.int64]:
+def _cells(sight: Sight) -> NDArray[np.int64]:
     """(18, 2) row and column of each keypoint in the heatmaps, -1 where there is none."""
-    size = (sight.region.height, sight.region.width)
-    return heatmap_cells(sight.region.inside(sight.keypoints), size, sight.output.heatmaps.shape[1:])
+    return heatmap_cells(sight.region.inside(sight.keypoints), sight.region.shape, sight.output.heatmaps.shape[1:])

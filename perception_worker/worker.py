@@ -12,10 +12,11 @@ import cv2
 import numpy as np
 from msgspec.structs import replace
 
-from perception_worker.backend import input_size, network_name, open_network
+from perception_worker.backend import input_size, network_name, open_look, region_size
 from perception_worker.calibration.choice import open_calibration
 from perception_worker.frames import RenderedFrames, opened_by
 from perception_worker.lifting import LIFTINGS
+from perception_worker.look import HeldPictures, Pictures
 from perception_worker.perceive import Perceiver
 from perception_worker.stopwatch import Clock
 from protocol import Handlers, Pool, Timeouts, logs, serve
@@ -65,8 +66,7 @@ class PerceptionHandlers:
         Raises:
             MalformedMessage, LimitExceeded: the frame is packed and can't be opened.
         """
-        frame = opened_by(self._clock, request.frame)
-        return self._estimate(frame, request)
+        return self._estimate(HeldPictures(opened_by(self._clock, request.frame)), request)
 
     def observe(self, request: Observe) -> Observation:
         """Have a scene rendered and estimate the pose in it.
@@ -75,12 +75,10 @@ class PerceptionHandlers:
             CallFailed: no render worker gave a frame; another try may.
             MalformedMessage, LimitExceeded: the frame that one gave can't be opened.
         """
-        frame = self._frames.fetch(request)
-        observation = self._estimate(frame, request)
-        return replace(observation, timings=frame.timings | observation.timings)
+        return self._estimate(self._frames.of(request), request)
 
-    def _estimate(self, frame: Frame, request: Perceive | Observe) -> Observation:
-        return self._perceiver.perceive(frame, request.filter, heatmaps=request.heatmaps, liftings=request.liftings)
+    def _estimate(self, pictures: Pictures, request: Perceive | Observe) -> Observation:
+        return self._perceiver.observe(pictures, request.filter, heatmaps=request.heatmaps, liftings=request.liftings)
 
     def table(self) -> Handlers:
         """Which function answers which request."""
@@ -149,14 +147,18 @@ def open_perceiver(config: PerceptionConfig) -> Perceiver:
     if calibration is None and config.calibration == "auto":
         name = network_name(config)
         _logger.info("no calibration is shipped for %s with these settings: quality comes without metres", name)
-    return Perceiver(open_network(config), config, calibration=calibration)
+    return Perceiver(open_look(config), config, calibration=calibration)
 
 
 def _warm_up(perceiver: Perceiver) -> None:
-    """Look at a black picture, so that what a network does but once is done before the first request waits for it."""
+    """Look at a black picture, so that what a network does but once is done before the first request waits for it.
+
+    Somebody is expected in it, so that whoever tracks is shown a region and, in vain, the whole frame.
+    """
     camera = Camera(CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0)), Intrinsics.from_horizontal_fov(640, 480, 70.0))
     black = Frame(rgb=np.zeros((480, 640, 3), np.uint8), depth=np.zeros((480, 640), np.float32), camera=camera)
-    perceiver.perceive(black, FilterState.initial())
+    somebody = replace(FilterState.initial((0.0, 0.0, 1.0)), variance=np.zeros((18, 3)), seen=np.ones(18, bool))
+    perceiver.perceive(black, somebody)
 
 
 def render_deadline(timeouts: Timeouts) -> float:
@@ -166,12 +168,13 @@ def render_deadline(timeouts: Timeouts) -> float:
 
 def _capabilities(config: PerceptionConfig) -> dict[str, str]:
     """What a client is told of the worker when it says hello."""
-    size = input_size(config)
+    size, region = input_size(config), region_size(config)
     return {
         "network": network_name(config),
         "input": f"{size[0]}x{size[1]}" if size else "the file's",
         "precision": config.precision,
-        "crop": config.crop,
+        "look": config.look,
+        "region": f"{region[0]}x{region[1]}" if config.look == "track" and region else "",
         "lifting": config.lifting,
         "mask": config.mask,
         # What a client may ask to be read along.

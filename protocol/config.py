@@ -90,9 +90,12 @@ class PerceptionConfig(_Section, frozen=True):
             ImageNet's in trt_pose's.
         backend: what runs it; `auto` is OpenVINO where there is no GPU, ONNX Runtime elsewhere.
         precision: OpenVINO's; left to itself it would pick by the CPU, and the heatmaps would change.
-        rows, columns: the network's input size, multiples of 8; left out, a file's or a network's own, and 240×320
-            where it has none. A network of one size takes no other.
-        crop: with `person`, a second pass on the part of the image where the first one found somebody.
+        rows, columns: the network's input size for whole frames, multiples of 8; left out, a file's or a network's own,
+            and where it has none 240×320, or 320×424 with `track`. A network of one size takes no other.
+        look: what of a frame the network is shown: all of it (`whole`), or the part where the request's filter expects
+            the person (`track`); `auto` is the profile's.
+        region_rows, region_columns: the network's input size for that part; left out, a file's or a network's own, and
+            176×128 where it has none.
         lifting: what of the depths around a keypoint is the joint's; `auto` is the profile's.
         calibration: what tells expected errors and radii: a file, `none`, or with `auto` the one that ships for
             this network and way of lifting, if there is one.
@@ -113,7 +116,9 @@ class PerceptionConfig(_Section, frozen=True):
     threads: Count = 1
     rows: ImageSide | None = None
     columns: ImageSide | None = None
-    crop: Literal["none", "person"] = "none"
+    look: Literal["auto", "whole", "track"] = "auto"
+    region_rows: ImageSide | None = None
+    region_columns: ImageSide | None = None
     peak_threshold: Fraction | None = None
     lifting: Literal["auto", Lifting] = "auto"
     calibration: str = "auto"
@@ -262,8 +267,8 @@ class RunConfig(_Section, frozen=True):
 
 
 _PERCEPTION: dict[Profile, dict[str, str]] = {
-    "thesis": {"lifting": "mean", "mask": "none"},
-    "vantage": {"lifting": "nearest", "mask": "skeleton"},
+    "thesis": {"look": "whole", "lifting": "mean", "mask": "none"},
+    "vantage": {"look": "track", "lifting": "nearest", "mask": "skeleton"},
 }
 
 

@@ -10,22 +10,23 @@ import time
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import cv2
 import numpy as np
 
 from protocol.arrays import Float32Array, Float64Array, UInt8Array
-from protocol.camera import Camera, Intrinsics, world_to_camera
+from protocol.camera import Camera, world_to_camera
 from protocol.errors import Unavailable
 from protocol.frame import Frame
 from protocol.messages import Render
+from protocol.region import Region
 from protocol.scene import Figure, Scene
 from render_worker.arrays import IndexArray
 from render_worker.assets import Assets
 from render_worker.gl_finish import finish_function
 from render_worker.light import Light, light_of
 from render_worker.person import Person, dress
+from render_worker.picture import NEAREST, clip_projection, read_colours, read_depth
 from render_worker.placing import place_joints, place_person
-from render_worker.stereo_noise import measure_depth, noise_seed
+from render_worker.stereo_noise import measure_part, noise_seed, seen_around
 from render_worker.surroundings import (
     ground_bands,
     ground_patch,
@@ -34,13 +35,10 @@ from render_worker.surroundings import (
     make_shells,
     require_names,
 )
-from render_worker.visibility import visible_joints
+from render_worker.visibility import visible_joints, with_joints
 
 if TYPE_CHECKING:
     from moderngl import Context, Framebuffer, Texture, TextureArray, VertexArray
-
-NEAREST, FARTHEST = 0.1, 100.0
-"""Metres between which anything is drawn."""
 
 _SHADOW_SIZE = 1024
 _SURROUNDINGS_KEPT = 12
@@ -118,21 +116,23 @@ class OpenGlRenderer:
         started = time.perf_counter()
         scene, camera = request.scene, request.camera
         require_names(scene.ground, scene.background)
+        region = request.region or Region.seen_by(camera.intrinsics)
         # OpenGL draws into the thread's current context, which may be another renderer's.
         with self._context:
             staged = self._staged(scene)
-            rgb, depth = self._draw(scene, staged, camera)
+            drawn = _needed(region, request, staged.joints)
+            target = self._draw(scene, staged, camera, drawn)
+            rgb, depth = read_colours(target, region), read_depth(target, drawn)
             self._context.gc()
-        visible = visible_joints(staged.joints, depth, camera) if request.truth else None
-        if camera.depth_noise == "d435i":
-            depth = measure_depth(depth, camera.intrinsics.fx, noise_seed(scene, camera))
+        visible = visible_joints(staged.joints, depth, camera, drawn) if request.truth else None
         return Frame(
             rgb=rgb,
-            depth=depth,
+            depth=_measured(depth, drawn, region, request),
             camera=camera,
             joints=staged.joints.copy() if request.truth else None,
             visible=visible,
             timings={"render": time.perf_counter() - started},
+            region=request.region,
         )
 
     def close(self) -> None:
@@ -226,11 +226,13 @@ class OpenGlRenderer:
     def _target(self, size: tuple[int, int]) -> "Framebuffer":
         return self._context.framebuffer([self._context.renderbuffer(size, 4)], self._context.depth_renderbuffer(size))
 
-    def _draw(self, scene: Scene, staged: _Staged, camera: Camera) -> tuple[UInt8Array, Float32Array]:
-        """Nearest first, so that what is hidden is not shaded."""
+    def _draw(self, scene: Scene, staged: _Staged, camera: Camera, region: Region) -> "Framebuffer":
+        """Nearest first, so that what is hidden is not shaded; of the picture, nothing outside the region."""
         backdrops, ground = self._backdrops(scene.background), self._grounds(scene.ground)
         target = self._targets((camera.intrinsics.width, camera.intrinsics.height))
-        view = _uniform(_projection(camera.intrinsics) @ world_to_camera(camera.pose))
+        view = _uniform(clip_projection(camera.intrinsics) @ world_to_camera(camera.pose))
+        # The whole picture's view, cut: a view of the part alone would round its corners otherwise.
+        target.scissor = region.left, region.top, region.width, region.height
         target.use()
         self._context.enable_only(self._context.DEPTH_TEST)
         target.clear(*staged.light.air, 1.0)
@@ -245,7 +247,7 @@ class OpenGlRenderer:
             backdrop.array.render()
         target.depth_mask = True
         self._finish()
-        return _read(target, camera.intrinsics)
+        return target
 
     def _draw_people(self, staged: _Staged, view: bytes) -> None:
         program, light = self._person, staged.light
@@ -302,31 +304,21 @@ def _smooth(texture: "Texture | TextureArray") -> None:
     texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
 
 
-def _read(target: "Framebuffer", intrinsics: Intrinsics) -> tuple[UInt8Array, Float32Array]:
-    size = (intrinsics.height, intrinsics.width)
-    pixels = np.frombuffer(target.read(components=4, alignment=1), np.uint8).reshape(*size, 4)
-    stored = np.frombuffer(target.read(attachment=-1, components=1, dtype="f4", alignment=1), np.float32)
-    return cv2.cvtColor(pixels, cv2.COLOR_RGBA2RGB).astype(np.uint8, copy=False), _metres(stored.reshape(size))
+def _needed(region: Region, request: Render, joints: Float64Array) -> Region:
+    """The part of the picture that has to be drawn so that all of the answer to the request is known."""
+    camera = request.camera
+    if camera.depth_noise == "d435i":
+        region = seen_around(region, camera.intrinsics, NEAREST)
+    return with_joints(region, joints, camera) if request.truth else region
 
 
-def _projection(intrinsics: Intrinsics) -> Float64Array:
-    """Camera coordinates to OpenGL's clip space, the image's first row at the bottom, where reading starts."""
-    width, height = intrinsics.width, intrinsics.height
-    matrix = np.zeros((4, 4))
-    matrix[0, 0], matrix[0, 2] = 2 * intrinsics.fx / width, (2 * intrinsics.cx + 1) / width - 1
-    matrix[1, 1], matrix[1, 2] = 2 * intrinsics.fy / height, (2 * intrinsics.cy + 1) / height - 1
-    matrix[2, 2] = (FARTHEST + NEAREST) / (FARTHEST - NEAREST)
-    matrix[2, 3] = -2 * FARTHEST * NEAREST / (FARTHEST - NEAREST)
-    matrix[3, 2] = 1
-    return matrix
-
-
-def _metres(stored: Float32Array) -> Float32Array:
-    """The depth buffer's values as metres along the view; 0 where there is nothing but sky."""
-    scale = (FARTHEST - NEAREST) / (FARTHEST * NEAREST)
-    depth = np.reciprocal(np.float32(1 / NEAREST) - stored * np.float32(scale), dtype=np.float32)
-    depth[stored >= 1] = 0
-    return depth
+def _measured(depth: Float32Array, drawn: Region, region: Region, request: Render) -> Float32Array:
+    """The depth of a region as the request's camera measures it, out of the true depth of all that was drawn."""
+    camera = request.camera
+    if camera.depth_noise == "none":
+        return np.ascontiguousarray(region.within(drawn).part(depth))
+    size = camera.intrinsics.height, camera.intrinsics.width
+    return measure_part(depth, drawn, region, size, camera.intrinsics.fx, noise_seed(request.scene, camera))
 
 
 def _uniform(matrix: Float64Array) -> bytes:

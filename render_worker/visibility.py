@@ -11,7 +11,9 @@ import numpy as np
 
 from protocol.arrays import BoolArray, Float32Array, Float64Array
 from protocol.camera import Camera, project
+from protocol.region import Region
 from protocol.skeleton import JOINT_COUNT, Joint
+from render_worker.arrays import IntArray
 
 _FLESH: dict[Joint, float] = {
     Joint.NOSE: 0.03,
@@ -41,23 +43,42 @@ def flesh_depths() -> Float64Array:
     return np.array([_FLESH[joint] for joint in Joint])
 
 
-def visible_joints(joints: Float64Array, depth: Float32Array, camera: Camera) -> BoolArray:
+def joint_pixels(joints: Float64Array, camera: Camera) -> tuple[IntArray, BoolArray]:
+    """The pixel of each joint (18, 2), column and row, and which of them are in the picture (18,)."""
+    x, y, distance = project(joints, camera).T
+    in_front = distance > 0
+    pixels = np.rint(np.where(in_front, (x, y), -1)).astype(int).T
+    size = (camera.intrinsics.width, camera.intrinsics.height)
+    return pixels, in_front & np.all((pixels >= 0) & (pixels < size), axis=1)
+
+
+def with_joints(region: Region, joints: Float64Array, camera: Camera) -> Region:
+    """The smallest region that has all of another one, and the pixel of each joint that is in the picture."""
+    pixels, in_picture = joint_pixels(joints, camera)
+    corners = np.vstack([pixels[in_picture], [(region.left, region.top), (region.right - 1, region.bottom - 1)]])
+    (left, top), (right, bottom) = corners.min(axis=0).tolist(), (corners.max(axis=0) + 1).tolist()
+    return Region(left, top, right - left, bottom - top)
+
+
+def visible_joints(
+    joints: Float64Array, depth: Float32Array, camera: Camera, region: Region | None = None
+) -> BoolArray:
     """Whether the camera sees each joint.
 
     Args:
         joints: (18, 3) world frame, metres.
         depth: (height, width) noise-free planar depth, metres, 0 where there is nothing.
+        region: the part of the picture that the depth is of, with each joint's pixel in it (`with_joints`); all of the
+            picture where there is none.
 
     Returns:
         (18,).
     """
-    x, y, distance = project(joints, camera).T
-    in_front = distance > 0
-    columns = np.rint(np.where(in_front, x, -1)).astype(int)
-    rows = np.rint(np.where(in_front, y, -1)).astype(int)
-    height, width = depth.shape
-    in_image = in_front & (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
+    pixels, in_picture = joint_pixels(joints, camera)
+    corner = (region.left, region.top) if region else (0, 0)
+    columns, rows = (pixels[in_picture] - corner).T
     surface = np.zeros(JOINT_COUNT)
-    surface[in_image] = depth[rows[in_image], columns[in_image]]
+    surface[in_picture] = depth[rows, columns]
+    distance = project(joints, camera)[:, 2]
     # Nothing at all at a joint's pixel: a thin limb was missed by less than a pixel.
-    return in_image & ((surface == 0) | (distance - surface < flesh_depths()))
+    return in_picture & ((surface == 0) | (distance - surface < flesh_depths()))

@@ -3,7 +3,9 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 import msgspec
+import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from orchestrator.experiments.columns import LIFTINGS, joint_columns, table_of
 from orchestrator.experiments.directory import ExperimentDirectory, what_counts
@@ -12,10 +14,14 @@ from orchestrator.experiments.views import SeededScene, View, ViewSet, camera_of
 from orchestrator.experiments.workers import Rate, Workers
 from orchestrator.run_directory import resolved_toml
 from orchestrator.versions import Versions
+from orchestrator.view import a_step_before
 from protocol.camera import DepthNoise
-from protocol.config import EnvironmentConfig, RunConfig
+from protocol.config import EnvironmentConfig, RunConfig, settled
 from protocol.messages import Observe, Sampled, SampleScene
 from protocol.observation import FilterState, Observation
+
+_BEFORE = 0xBEF0
+"""Keeps the stream that the place before a view is drawn from apart from the view's own."""
 
 
 class Shot(Struct, frozen=True, eq=False):
@@ -116,5 +122,20 @@ def _observed(
         for one in chosen
         for noise in views.depth_noises
     ]
+    if settled(config.perception, config.profile).look == "track":
+        befores = (request_before(views, shot, config.environment) for shot in shots)
+        seen = list(workers.answers(workers.perceivers, befores, activity, rate))
+        shots = [_after(shot, one.filter) for shot, one in zip(shots, seen, strict=True)]
     answers = workers.answers(workers.perceivers, (shot.request for shot in shots), activity, rate)
     yield from zip(shots, answers, strict=True)
+
+
+def request_before(views: ViewSet, shot: Shot, environment: EnvironmentConfig) -> Observe:
+    """What a flying drone would have asked for a step before a picture, so that the picture's filter is a real one."""
+    random = np.random.default_rng((views.seed, shot.view.number, _BEFORE))
+    camera = a_step_before(shot.request.camera, environment, random)
+    return replace(shot.request, camera=camera, truth=False, liftings=())
+
+
+def _after(shot: Shot, state: FilterState) -> Shot:
+    return replace(shot, request=replace(shot.request, filter=state))

@@ -34,13 +34,16 @@ class Setting(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What the figures of a calibration depend on: with another of these, other errors go with the same features.
 
     Attributes:
-        rows, columns: of the network's input; 0 where its file decides.
+        rows, columns: of the network's input for whole frames; 0 where its file decides.
+        region_rows, region_columns: of its input for regions; 0 where it is shown none.
     """
 
     network: str
     rows: int
     columns: int
-    crop: str
+    look: str
+    region_rows: int
+    region_columns: int
     peak_threshold: float
     lifting: Lifting
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import msgspec
 
-from perception_worker.backend import input_size, network_name, peak_threshold
+from perception_worker.backend import input_size, network_name, peak_threshold, region_size
 from perception_worker.calibration.calibration import Calibration, Setting, read_calibration, shipped
 from protocol.config import PerceptionConfig
 from protocol.errors import InvalidConfig
@@ -14,11 +14,14 @@ from protocol.observation import Lifting
 def setting_of(config: PerceptionConfig) -> Setting:
     """What a perception worker of this configuration, settled by its profile, asks of a calibration."""
     rows, columns = input_size(config) or (0, 0)
+    region_rows, region_columns = (region_size(config) or (rows, columns)) if config.look == "track" else (0, 0)
     return Setting(
         network=network_name(config),
         rows=rows,
         columns=columns,
-        crop=config.crop,
+        look=config.look,
+        region_rows=region_rows,
+        region_columns=region_columns,
         peak_threshold=peak_threshold(config),
         lifting=msgspec.convert(config.lifting, Lifting),
     )

@@ -21,7 +21,7 @@ def _add_everywhere(fields: dict[str, Any]) -> None:
 
 
 def _leave_out_defaults(fields: dict[str, Any]) -> None:
-    for name in ("truth", "heatmaps", "encoding"):
+    for name in ("truth", "heatmaps", "encoding", "region"):
         fields.pop(name, None)
     fields.get("camera", fields.get("frame", {}).get("camera", {})).pop("depth_noise", None)
 

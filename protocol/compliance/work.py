@@ -4,22 +4,24 @@ Every piece of work has a tag from 0 up that comes back in its reply, so that a 
 found out even if it has the right id.
 """
 
-from typing import Any, Protocol
+from typing import Any, Protocol, get_args
 
 import numpy as np
 from msgspec.structs import replace
 
-from protocol.camera import Camera, CameraPose, Intrinsics
+from protocol.camera import Camera, CameraPose, DepthNoise, Intrinsics
 from protocol.catalogue import Message
 from protocol.frame import Frame
 from protocol.message import Request
 from protocol.messages import Observe, Perceive, Render, Role, SampleScene
 from protocol.observation import FilterState, Observation
+from protocol.region import Region
 from protocol.scene import Arm, BodyPose, Scene, Sun
 
 _POSE = CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0))
 _LARGE = 640, 480
 _SMALL = 32, 24
+_ALL = Region(0, 0, *_SMALL)
 
 SCENE = Scene(
     identity=3,
@@ -53,6 +55,10 @@ class Work(Protocol):
         """One of each further request that the role answers."""
         ...
 
+    def parts(self) -> tuple[Render, ...]:
+        """Parts of pictures, where the role draws any."""
+        ...
+
 
 class RenderWork:
     """Pictures of a scene that the worker has drawn itself; the tag is in the picture's width."""
@@ -76,6 +82,18 @@ class RenderWork:
         """Scenes, and a picture packed for its way."""
         # One that knows nothing of packed frames answers as ever.
         return SampleScene(seed=1, split="train"), replace(self.small(), encoding="lossless")
+
+    def parts(self) -> tuple[Render, ...]:
+        """Somewhere within, at each border, one pixel, and all of it; of exact and of measured depth."""
+        return tuple(
+            replace(whole, region=region)
+            for whole in map(self._measured, get_args(DepthNoise))
+            for region in (Region(9, 5, 13, 7), Region(0, 0, 11, 24), Region(20, 23, 12, 1), Region(31, 0, 1, 1), _ALL)
+        )
+
+    def _measured(self, noise: DepthNoise) -> Render:
+        whole = self.small()
+        return replace(whole, camera=replace(whole.camera, depth_noise=noise))
 
     def _render(self, width: int, height: int) -> Render:
         return Render(scene=self._scene, camera=_camera(width, height))
@@ -101,6 +119,10 @@ class PerceptionWork:
     def others(self) -> tuple[Request[Any], ...]:
         """Frames that are rendered for it."""
         return (Observe(scene=SCENE, camera=_camera(*_SMALL), filter=FilterState.initial()),)
+
+    def parts(self) -> tuple[Render, ...]:
+        """It draws none."""
+        return ()
 
 
 def frame_to_perceive(tag: int = 0) -> Perceive:

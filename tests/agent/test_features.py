@@ -6,9 +6,9 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agent.features import FEATURE_SIZE, Features, bearing_of, to_drone_frame, to_world_frame
+from agent.features import FEATURE_SIZE, Features, bearing_of, to_drone_frame, to_drone_frames, to_world_frame
 from agent.flight import take_off
-from agent.spaces import observed
+from agent.spaces import OBSERVATION_SIZE, observed
 from protocol.config import EnvironmentConfig
 from tests.agent.analytic_eyes import BODY, AnalyticEyes
 
@@ -107,3 +107,20 @@ def test_features_are_about_one_in_size_and_finite_everywhere(eyes: AnalyticEyes
     assert features.abs().max() < 5.0
     above_the_person = observation(0.0, (0.0, 0.0, 2.0), variance=100.0)
     assert torch.isfinite(FEATURES(above_the_person)).all()
+
+
+@pytest.mark.parametrize("at_once", [2, 4, 7, 16, 64, 200])
+def test_features_do_not_depend_on_what_they_are_computed_with(at_once: int) -> None:
+    """To the bit: a replay memory that is filled again from its journal must be what it was."""
+    rng = np.random.default_rng(0)
+    observations = torch.from_numpy(rng.normal(0.0, 2.0, (200, OBSERVATION_SIZE)).astype(np.float32))
+    observations[:, 54:108].abs_()
+    alone = torch.cat([FEATURES(one) for one in observations.split(1)])
+    assert torch.equal(torch.cat([FEATURES(some) for some in observations.split(at_once)]), alone)
+
+
+def test_matrices_turn_as_the_frames_do() -> None:
+    features = FEATURES(torch.rand(20, OBSERVATION_SIZE))
+    vectors = torch.randn(20, 3)
+    turned = to_drone_frames(features) @ vectors[:, :, None]
+    assert torch.allclose(turned[:, :, 0], to_drone_frame(vectors, bearing_of(features)), atol=1e-6)

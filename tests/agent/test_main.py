@@ -4,6 +4,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -76,10 +77,18 @@ def run_of(directory: Path, config: str) -> Path:
     return run
 
 
-def wait_for_training(run: Path, process: subprocess.Popen[bytes]) -> None:
-    while not (run / "progress.jsonl").exists() or b"training" not in (run / "progress.jsonl").read_bytes():
+def wait_for_steps(run: Path, process: subprocess.Popen[bytes]) -> None:
+    """Until the training itself has flown: its phase is written down as it begins, before its first step."""
+    while not any(line["phase"] == "training" and line["step"] > 0 for line in progress_of(run)):
         assert process.poll() is None
         time.sleep(0.05)
+
+
+def progress_of(run: Path) -> list[dict[str, Any]]:
+    """The lines that are whole; the last one may be under way."""
+    path = run / "progress.jsonl"
+    text = path.read_bytes() if path.exists() else b""
+    return [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith(b"\n")]
 
 
 @pytest.mark.slow
@@ -128,7 +137,7 @@ def test_a_training_told_to_stop_writes_what_it_has_and_ends_well(tmp_path: Path
     with analytic_workers(tmp_path) as workers:
         process = subprocess.Popen(agent_command("train", run, workers), env=environment())
         try:
-            wait_for_training(run, process)
+            wait_for_steps(run, process)
             process.send_signal(number)
             assert process.wait(120) == 0
         finally:
@@ -139,4 +148,4 @@ def test_a_training_told_to_stop_writes_what_it_has_and_ends_well(tmp_path: Path
     flown = 10 + summary["steps"]
     assert max((run / "checkpoints").iterdir()).name == f"step-{flown:09d}"
     assert (run / "weights.safetensors").exists()
-    assert json.loads((run / "progress.jsonl").read_bytes().splitlines()[-1])["phase"] == "done"
+    assert progress_of(run)[-1]["phase"] == "done"

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from orchestrator.view import (
+    LONGEST_STEP,
     Look,
     Viewpoint,
+    a_step_before,
     camera_at,
     parsed_size,
     picture_files,
@@ -47,6 +49,22 @@ def scene(yaw: float) -> Scene:
 def test_the_camera_stands_at_its_angle_from_the_persons_front(yaw, angle, position):
     camera = camera_at(Viewpoint(distance=3.0, angle=angle, altitude=1.6), scene(yaw), EnvironmentConfig())
     assert camera.pose.position == pytest.approx(position)
+
+
+@pytest.mark.parametrize(
+    "viewpoint", [Viewpoint(distance=1.5, altitude=1.0), Viewpoint(distance=9.0), Viewpoint(distance=0.5, altitude=0.2)]
+)
+def test_a_step_before_the_camera_was_near_and_looked_at_the_same_target(viewpoint):
+    environment, random = EnvironmentConfig(), np.random.default_rng(0)
+    camera = camera_at(viewpoint, scene(0.3), environment)
+    befores = [a_step_before(camera, environment, random) for _ in range(200)]
+    positions = np.array([one.pose.position for one in befores])
+    away = np.linalg.norm(positions - camera.pose.position, axis=1)
+    assert away.max() <= LONGEST_STEP
+    assert away.min() > 0
+    assert np.hypot(*(positions[:, :2] - (1.0, 2.0)).T).min() >= min(viewpoint.distance, environment.keep_out) - 1e-9
+    assert positions[:, 2].min() >= min(viewpoint.altitude, environment.lowest)
+    assert {one.pose.target for one in befores} == {camera.pose.target}
 
 
 def test_the_person_is_in_the_middle_of_the_picture():

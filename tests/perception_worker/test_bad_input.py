@@ -5,6 +5,7 @@ import pytest
 
 from perception_worker.backend import open_network
 from perception_worker.layout import FoundLayout
+from perception_worker.look import TrackingLook, WholeLook
 from perception_worker.network import NetworkOutput
 from perception_worker.openpose_network import OpenPoseNetwork
 from perception_worker.perceive import Perceiver
@@ -48,8 +49,9 @@ def network_of(engine):
     return OpenPoseNetwork(engine, layout, pixels="bgr", threshold=0.1, name="broken")
 
 
-def perceive(network, frame, **settings):
-    return Perceiver(network, PerceptionConfig(**settings)).perceive(frame, FilterState.initial((1.0, 2.0, 3.0)))
+def perceive(network, frame, *, tracks=False, **settings):
+    looks = TrackingLook(network, network) if tracks else WholeLook(network)
+    return Perceiver(looks, PerceptionConfig(**settings)).perceive(frame, FilterState.initial((1.0, 2.0, 3.0)))
 
 
 def is_nobody(observation):
@@ -99,7 +101,7 @@ class TestMapsThatAreNoNumbers:
         first = draw([person(20, 14, scale=0.5)])
         engine = Engine(first, NetworkOutput(first.heatmaps * np.float32(np.nan), first.pafs))
         with pytest.raises(InvalidOutput, match="not finite"):
-            perceive(network_of(engine), frame(BLACK), crop="person")
+            perceive(network_of(engine), frame(BLACK), tracks=True)
         assert engine.looks == 2
 
     def test_empty_maps_are_an_error(self, frame):
@@ -154,11 +156,11 @@ class TestDepth:
 
 class TestBorder:
     @pytest.mark.parametrize("corner", [(0, 0), (39, 0), (0, 29), (39, 29)])
-    @pytest.mark.parametrize("crop", ["none", "person"])
-    def test_joints_in_the_outermost_cells_stay_in_the_picture(self, frame, corner, crop):
+    @pytest.mark.parametrize("tracks", [False, True])
+    def test_joints_in_the_outermost_cells_stay_in_the_picture(self, frame, corner, tracks):
         joints = person(20, 14)
         joints[[Joint.RIGHT_WRIST, Joint.LEFT_ANKLE]] = corner, (39 - corner[0], 29 - corner[1])
-        observation = perceive(DrawnNetwork(joints), frame(BLACK), crop=crop)
+        observation = perceive(DrawnNetwork(joints), frame(BLACK), tracks=tracks)
         assert is_sound(observation)
         x, y = observation.keypoints[np.isfinite(observation.keypoints[:, 0])].T
         assert ((x > 0) & (x < 639) & (y > 0) & (y < 479)).all()

@@ -7,16 +7,18 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from perception_worker.frames import RenderedFrames, chosen, opened_by
+from perception_worker.frames import RenderedFrames, RenderedPictures, chosen, opened_by
+from perception_worker.look import WholeLook
 from perception_worker.perceive import Perceiver
 from perception_worker.worker import PerceptionHandlers
 from protocol import Client, Pool
 from protocol.config import PerceptionConfig
-from protocol.errors import MalformedMessage, Rejected
+from protocol.errors import CallFailed, MalformedMessage, Rejected
 from protocol.frame import ENCODINGS
 from protocol.messages import Observe, Perceive, Render, Role
 from protocol.observation import FilterState
 from protocol.packing import pack
+from protocol.region import Region
 from tests.perception_worker.drawn_maps import DrawnNetwork, person
 from tests.perception_worker.workers import PATIENCE, SCENE
 from tests.protocol.pictures import smooth_frame
@@ -36,6 +38,18 @@ def knows_no_packing(request):
     return PICTURE
 
 
+def cuts(request):
+    return pack(PICTURE.part(request.region or PICTURE.area), request.encoding)
+
+
+def cuts_as_it_likes(request):
+    return PICTURE.part(Region(0, 0, 8, 8))
+
+
+def looks_elsewhere(request):
+    return smooth_frame(240, 320)
+
+
 def packs_as_it_likes(request):
     return pack(PICTURE, "jpeg")
 
@@ -43,6 +57,13 @@ def packs_as_it_likes(request):
 def packs_nonsense(request):
     packed = pack(PICTURE, "lossless")
     return replace(packed, packed=replace(packed.packed, depth=np.zeros(9, np.uint8)))
+
+
+def fetched(frames, region=None):
+    """The frame of `OBSERVE`, or a part of it, and what it took."""
+    pictures = frames.of(OBSERVE)
+    frame = pictures.part(region or pictures.area)
+    return replace(frame, timings=pictures.timings)
 
 
 @contextmanager
@@ -79,13 +100,13 @@ def test_what_was_told_holds_for_any_machine(encoding):
 @pytest.mark.parametrize("encoding", ["none", "lossless"])
 def test_a_frame_comes_to_the_bit(encoding, tmp_path):
     with asking(packs, tmp_path, encoding) as frames:
-        frame = frames.fetch(OBSERVE)
+        frame = fetched(frames)
     assert same(replace(frame, timings=PICTURE.timings), PICTURE)
 
 
 def test_a_jpeg_is_asked_for_and_has_the_same_depth(tmp_path):
     with asking(packs, tmp_path, "jpeg") as frames:
-        frame = frames.fetch(OBSERVE)
+        frame = fetched(frames)
     assert frame.rgb.tobytes() != PICTURE.rgb.tobytes()
     assert frame.depth.tobytes() == PICTURE.depth.tobytes()
 
@@ -93,7 +114,7 @@ def test_a_jpeg_is_asked_for_and_has_the_same_depth(tmp_path):
 @pytest.mark.parametrize("encoding", ["lossless", "jpeg"])
 def test_a_worker_that_knows_no_packing_answers_as_ever(encoding, tmp_path):
     with asking(knows_no_packing, tmp_path, encoding) as frames:
-        assert same(replace(frames.fetch(OBSERVE), timings=PICTURE.timings), PICTURE)
+        assert same(replace(fetched(frames), timings=PICTURE.timings), PICTURE)
 
 
 @pytest.mark.parametrize("encoding", ["none", "lossless"])
@@ -102,24 +123,62 @@ def test_a_jpeg_that_nobody_asked_for_is_malformed(encoding, tmp_path):
         asking(packs_as_it_likes, tmp_path, encoding) as frames,
         pytest.raises(MalformedMessage, match=f"came as jpeg, {encoding} was asked for"),
     ):
-        frames.fetch(OBSERVE)
+        fetched(frames)
 
 
 def test_a_frame_that_can_not_be_opened_is_malformed(tmp_path):
     with asking(packs_nonsense, tmp_path, "lossless") as frames, pytest.raises(MalformedMessage, match="packed depth"):
-        frames.fetch(OBSERVE)
+        fetched(frames)
+
+
+PART = Region(100, 50, 200, 160)
+
+
+@pytest.mark.parametrize("encoding", ["none", "lossless"])
+@pytest.mark.parametrize("worker", [cuts, knows_no_packing])
+def test_a_part_is_the_same_whether_the_worker_knows_regions_or_sends_everything(worker, encoding, tmp_path):
+    with asking(worker, tmp_path, encoding) as frames:
+        part = fetched(frames, PART)
+    assert same(replace(part, timings=PICTURE.timings), PICTURE.part(PART))
+
+
+def test_a_region_that_nobody_asked_for_is_malformed(tmp_path):
+    with asking(cuts_as_it_likes, tmp_path, "none") as frames:
+        for region in (PART, None):
+            with pytest.raises(MalformedMessage, match="was asked for"):
+                fetched(frames, region)
+
+
+def test_a_frame_of_another_camera_is_malformed(tmp_path):
+    with asking(looks_elsewhere, tmp_path, "none") as frames, pytest.raises(MalformedMessage, match="another camera"):
+        fetched(frames)
+
+
+def test_what_two_looks_took_is_added_up(tmp_path):
+    with asking(cuts, tmp_path, "none") as frames:
+        pictures = frames.of(OBSERVE)
+        first, second = (pictures.part(region).timings for region in (PART, pictures.area))
+    assert pictures.timings["render"] == pytest.approx(first["render"] + second["render"])
+
+
+def test_all_looks_of_a_request_have_its_time_together(tmp_path):
+    with asking(cuts, tmp_path, "none") as frames:
+        pictures = RenderedPictures(frames, OBSERVE, until=time.perf_counter())
+        with pytest.raises(CallFailed):
+            pictures.part(PART)
 
 
 def test_what_packing_took_is_told_only_where_it_was_done(tmp_path):
     with asking(packs, tmp_path, "lossless") as frames:
-        assert frames.fetch(OBSERVE).timings.keys() == {"render", "transport", "unpack"}
+        assert fetched(frames).timings.keys() == {"render", "transport", "unpack"}
     assert opened_by(time.perf_counter, PICTURE) is PICTURE
 
 
 class TestWorker:
     @pytest.fixture
     def client(self, tmp_path):
-        address, perceiver = f"ipc://{tmp_path}/perception", Perceiver(DrawnNetwork(person(20, 14)), PerceptionConfig())
+        address = f"ipc://{tmp_path}/perception"
+        perceiver = Perceiver(WholeLook(DrawnNetwork(person(20, 14))), PerceptionConfig())
         with Pool([], role=Role.PERCEPTION, serves=Role.RENDER) as nobody:
             handlers = PerceptionHandlers(perceiver, nobody, render_deadline=1.0).table()
             with (

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from perception_worker.look import TrackingLook, WholeLook
 from perception_worker.perceive import Perceiver
 from perception_worker.qoe import nearest_cells, quality_of_estimation
 from protocol.config import PerceptionConfig
@@ -82,7 +83,9 @@ class TestPerceiver:
     WHOLE, HALF = person(10, 14), person(29, 14, without=[Joint.RIGHT_ANKLE, Joint.LEFT_ANKLE, Joint.NOSE])
 
     def mass(self, frame, *people, **settings):
-        perceiver = Perceiver(DrawnNetwork(*people), PerceptionConfig(**settings.pop("perception", {})), **settings)
+        perceiver = Perceiver(
+            WholeLook(DrawnNetwork(*people)), PerceptionConfig(**settings.pop("perception", {})), **settings
+        )
         picture = frame(np.zeros((480, 640, 3), np.uint8))
         observation = perceiver.perceive(picture, FilterState.initial())
         # The first of the people shows the most joints.
@@ -105,9 +108,10 @@ class TestPerceiver:
         told = self.mass(frame, self.WHOLE, self.HALF, profile="thesis", perception={"mask": "skeleton"})
         assert (told == own).all()
 
-    def test_finds_others_in_the_crop_that_it_looks_at_closer(self, frame):
+    def test_finds_others_in_the_region_that_it_looks_at_closer(self, frame):
         near = person(26, 14, without=[Joint.NOSE], scale=0.8)
-        perceiver = Perceiver(DrawnNetwork(person(14, 14, scale=0.8), near), PerceptionConfig(crop="person"))
+        network = DrawnNetwork(person(14, 14, scale=0.8), near)
+        perceiver = Perceiver(TrackingLook(network, network), PerceptionConfig())
         observation = perceiver.perceive(frame(np.zeros((480, 640, 3), np.uint8)), FilterState.initial())
         assert (observation.mass > 0.9).all()
 

@@ -1,44 +1,23 @@
 import itertools
 
-import cv2
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
 from perception_worker.backend import open_network
-from perception_worker.decoding import decode
+from perception_worker.look import WholeLook
 from perception_worker.perceive import Perceiver
-from perception_worker.pixels import stretched
 from protocol.config import PerceptionConfig
 from protocol.observation import FilterState
 from protocol.skeleton import Joint
-from tests.perception_worker.drawn_maps import DrawnNetwork, draw, person
+from tests.perception_worker.drawn_maps import DrawnNetwork, person
 
 BLACK = np.zeros((480, 640, 3), np.uint8)
 STANDING = person(20, 14)
 
 
-class SeesTheWhiteSquare:
-    """Draws a person where the picture has a white square, three cells high, in the middle of the person."""
-
-    input_size = (240, 320)
-
-    def __init__(self):
-        self.looks = 0
-
-    def infer(self, rgb):
-        self.looks += 1
-        rows, columns = np.nonzero(stretched(rgb, self.input_size)[..., 0] > 128)
-        scale = (rows.max() - rows.min() + 1) / 8 / 3
-        middle = ((columns.mean() + 0.5) / 8 - 0.5, (rows.mean() + 0.5) / 8 - 0.5)
-        return draw([person(*middle, scale=scale)])
-
-    def decode(self, output):
-        return decode(output, 0.1)
-
-
-def perceive(network, frame, *, crop="none", filter_state=None, **options):
-    perceiver = Perceiver(network, PerceptionConfig(crop=crop))
+def perceive(network, frame, *, filter_state=None, **options):
+    perceiver = Perceiver(WholeLook(network), PerceptionConfig())
     return perceiver.perceive(frame, filter_state or FilterState.initial(), **options)
 
 
@@ -130,7 +109,8 @@ class TestWhatComesAlong:
         depth[::2] = 8.0
         picture, nothing = replace(frame(BLACK), depth=depth), FilterState.initial()
         seed, ours = (
-            Perceiver(DrawnNetwork(STANDING), PerceptionConfig(), profile=profile) for profile in ("thesis", "vantage")
+            Perceiver(WholeLook(DrawnNetwork(STANDING)), PerceptionConfig(), profile=profile)
+            for profile in ("thesis", "vantage")
         )
         assert (seed.perceive(picture, nothing).points[:, 0] > 5.5).all()
         assert ours.perceive(picture, nothing).points[:, 0] == pytest.approx(np.full(18, 4.0))
@@ -144,60 +124,9 @@ class TestWhatComesAlong:
 
     def test_every_stage_is_timed(self, frame):
         ticks = itertools.count()
-        perceiver = Perceiver(DrawnNetwork(), PerceptionConfig(), clock=lambda: float(next(ticks)))
+        perceiver = Perceiver(WholeLook(DrawnNetwork()), PerceptionConfig(), clock=lambda: float(next(ticks)))
         observation = perceiver.perceive(frame(BLACK), FilterState.initial())
         assert observation.timings == dict.fromkeys(("infer", "decode", "lift", "qoe", "filter"), 1.0)
-
-
-class TestCrop:
-    @pytest.fixture
-    def far_person(self, frame):
-        """A white square of 48×48 pixels; the person around it is 16 times that of a cell, 256 pixels, high."""
-        rgb = BLACK.copy()
-        rgb[226:274, 446:494] = 255
-        return frame(rgb)
-
-    def test_looks_twice_and_finds_the_same_places(self, far_person):
-        network = SeesTheWhiteSquare()
-        once = perceive(network, far_person)
-        assert network.looks == 1
-        twice = perceive(network, far_person, crop="person")
-        assert network.looks == 3
-        assert twice.keypoints == pytest.approx(once.keypoints, abs=6)
-
-    def test_the_second_look_is_the_sharper_one(self, far_person):
-        # The person's joints around the square's middle, pixel (469.5, 249.5), 16 pixels to a cell.
-        truth = person(0, 0) * 16 + (469.5, 249.5)
-        twice = perceive(SeesTheWhiteSquare(), far_person, crop="person")
-        assert twice.keypoints == pytest.approx(truth, abs=2.5)
-
-    def test_quality_is_read_at_the_right_cells_of_the_crop(self, far_person):
-        observation = perceive(SeesTheWhiteSquare(), far_person, crop="person")
-        assert observation.mass == pytest.approx(np.ones(18))
-        assert (observation.height > 0.4).all()
-
-    def test_heatmaps_tell_which_part_of_the_frame_they_cover(self, far_person):
-        observation = perceive(SeesTheWhiteSquare(), far_person, crop="person", heatmaps=True)
-        left, top, width, height = observation.heatmap_area
-        assert width < 640
-        assert left <= observation.keypoints[:, 0].min() < observation.keypoints[:, 0].max() <= left + width
-        assert top <= observation.keypoints[:, 1].min() < observation.keypoints[:, 1].max() <= top + height
-
-    def test_nobody_is_not_looked_at_twice(self, frame):
-        network = DrawnNetwork()
-        perceive(network, frame(BLACK), crop="person")
-        assert network.looks == 1
-
-    def test_a_second_look_that_loses_the_person_is_not_believed(self, far_person):
-        class LosesSight(SeesTheWhiteSquare):
-            def infer(self, rgb):
-                output = super().infer(rgb)
-                return output if self.looks == 1 else draw([])
-
-        network = LosesSight()
-        observation = perceive(network, far_person, crop="person")
-        assert network.looks == 2
-        assert np.isfinite(observation.keypoints).all()
 
 
 @pytest.mark.slow
@@ -208,16 +137,6 @@ class TestRealNetwork:
         found = observation.keypoints[[Joint.NOSE, Joint.RIGHT_EYE, Joint.LEFT_EYE]]
         assert found == pytest.approx(np.array([[169, 94], [154, 76], [187, 77]]), abs=6)
         assert (observation.quality[[Joint.NOSE, Joint.RIGHT_EYE, Joint.LEFT_EYE]] > 0.8).all()
-
-    def test_a_crop_sees_a_person_who_is_too_far_for_the_whole_frame(self, frame, astronaut):
-        rgb = np.full((960, 1280, 3), 128, np.uint8)
-        rgb[400:560, 700:860] = cv2.resize(astronaut, (160, 160), interpolation=cv2.INTER_AREA)
-        network = open_network(PerceptionConfig())
-        once, twice = (perceive(network, frame(rgb), crop=crop).keypoints for crop in ("none", "person"))
-        assert np.isfinite(twice[:, 0]).sum() > np.isfinite(once[:, 0]).sum()
-        face = twice[[Joint.NOSE, Joint.RIGHT_EYE, Joint.LEFT_EYE]]
-        expected = np.array([[169, 94], [154, 76], [187, 77]]) * 160 / 384 + np.array([700, 400])
-        assert face == pytest.approx(expected, abs=3)
 
     def test_a_black_picture_has_nobody(self, frame):
         assert np.isnan(perceive(open_network(PerceptionConfig()), frame(BLACK)).keypoints).all()

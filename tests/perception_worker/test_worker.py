@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from perception_worker.look import WholeLook
 from perception_worker.perceive import Perceiver
 from perception_worker.worker import PerceptionHandlers, main, render_deadline
 from protocol import Client, Pool, Timeouts
@@ -52,7 +53,7 @@ def addresses(tmp_path):
 def perceiving(addresses, network, *, concurrency=1, render_deadline=20.0):
     """A client of perception handlers that ask the first address for frames and serve at the second."""
     render_address, address = addresses
-    perceiver = Perceiver(network, PerceptionConfig())
+    perceiver = Perceiver(WholeLook(network), PerceptionConfig())
     with Pool([render_address], role=Role.PERCEPTION, serves=Role.RENDER) as renderers:
         handlers = PerceptionHandlers(perceiver, renderers, render_deadline=render_deadline).table()
         with (
@@ -189,8 +190,10 @@ def last_error(process):
 class TestProcess:
     @pytest.fixture
     def photographer(self, addresses, astronaut, frame):
-        """A render worker whose every frame is the same photograph."""
-        picture = frame(astronaut)
+        """A render worker whose every frame is the same photograph, beside black."""
+        rgb = np.zeros((480, 640, 3), np.uint8)
+        rgb[: astronaut.shape[0], : astronaut.shape[1]] = astronaut
+        picture = replace(frame(rgb), camera=CAMERA)
         with serving({Render: lambda request: picture}, addresses[0], role=Role.RENDER):
             yield
 

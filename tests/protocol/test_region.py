@@ -1,5 +1,6 @@
 """What a region is, and the way between its pixels, its maps' cells and the whole picture."""
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
@@ -41,8 +42,6 @@ class TestWhatIsNone:
         "region", [{"left": 7, "top": 0, "width": 2, "height": 1}, {"left": 0, "top": 0, "width": 0, "height": 1}]
     )
     def test_on_the_wire_both_are_malformed(self, region):
-        import msgspec
-
         [prelude, header, body] = seal(
             encode(Render(scene=SCENE, camera=CAMERA), Limits()), RequestHeader(request=1, incarnation="a", deadline=1)
         )

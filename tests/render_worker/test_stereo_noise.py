@@ -5,9 +5,20 @@ import numpy as np
 import pytest
 
 from protocol.camera import Camera, CameraPose, Intrinsics
+from protocol.region import Region
 from protocol.scene import Arm, BodyPose, Scene, Sun
 from render_worker.scenes import sample_scene
-from render_worker.stereo_noise import BASELINE, FARTHEST, FOCAL, SUBPIXEL_ERROR, depth_error, measure_depth, noise_seed
+from render_worker.stereo_noise import (
+    BASELINE,
+    FARTHEST,
+    FOCAL,
+    SUBPIXEL_ERROR,
+    depth_error,
+    measure_depth,
+    measure_part,
+    noise_seed,
+    seen_around,
+)
 
 PICTURE_FOCAL = 457.0
 
@@ -59,6 +70,28 @@ def test_depth_edges_leave_holes():
     depth[:, 150:] = 1.0
     measured = measure_depth(depth, PICTURE_FOCAL, seed=1)
     assert not measured[:, 149:151].any()
+
+
+def test_a_part_is_measured_as_it_is_within_the_whole():
+    rng = np.random.default_rng(3)
+    for number in range(200):
+        height, width = rng.integers(1, 60, 2).tolist()
+        focal = float(rng.uniform(5, 900))
+        blocks = rng.uniform(0.3, 12.0, (height // 5 + 1, width // 7 + 1)).astype(np.float32)
+        depth = np.kron(blocks, np.ones((5, 7), np.float32))[:height, :width]
+        depth[rng.random(depth.shape) < 0.1] = 0
+        left, top = int(rng.integers(width)), int(rng.integers(height))
+        region = Region(left, top, int(rng.integers(width - left)) + 1, int(rng.integers(height - top)) + 1)
+        around = seen_around(region, Intrinsics(width, height, focal, focal, 0.0, 0.0), 0.3)
+        measured = measure_part(around.part(depth), around, region, depth.shape, focal, number)
+        assert measured.tobytes() == region.part(measure_depth(depth, focal, number)).tobytes()
+
+
+def test_no_more_is_needed_around_a_part_than_the_nearest_thing_s_shadow_reaches():
+    picture = Intrinsics.from_horizontal_fov(640, 480, 70.0)
+    # 457 px · 50 mm / 1 m are 22.9 px of disparity.
+    assert seen_around(Region(100, 50, 20, 10), picture, 1.0) == Region(99, 49, 45, 12)
+    assert seen_around(Region(0, 470, 630, 10), picture, 1.0) == Region(0, 469, 640, 11)
 
 
 def test_disparities_come_in_steps():

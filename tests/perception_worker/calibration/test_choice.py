@@ -7,7 +7,8 @@ from protocol.config import PerceptionConfig, settled
 from protocol.errors import InvalidConfig
 from tests.perception_worker.calibration.trees import SETTING, stored
 
-OURS = settled(PerceptionConfig(), "vantage")
+OURS = settled(PerceptionConfig(look="whole"), "vantage")
+TRACKS = settled(PerceptionConfig(), "vantage")
 
 
 @pytest.fixture
@@ -31,7 +32,8 @@ class TestOpen:
         [
             replace(OURS, lifting="mean"),
             replace(OURS, rows=256),
-            replace(OURS, crop="person"),
+            replace(OURS, look="track"),
+            replace(OURS, look="track", rows=240, columns=320),
             replace(OURS, peak_threshold=0.2),
             replace(OURS, network="another.onnx"),
             replace(OURS, network="movenet_thunder"),
@@ -40,10 +42,13 @@ class TestOpen:
     def test_refuses_one_that_was_fitted_for_another_setting(self, file, config):
         with pytest.raises(InvalidConfig, match=r"was fitted for .* this worker has"):
             open_calibration(replace(config, calibration=str(file)))
-        assert open_calibration(config) is None
 
-    def test_fits_the_default_worker(self):
-        opened = open_calibration(OURS)
+    def test_fits_no_network_that_none_was_fitted_for(self):
+        assert open_calibration(replace(OURS, network="movenet_thunder")) is None
+
+    @pytest.mark.parametrize("config", [OURS, TRACKS])
+    def test_fits_the_worker_of_either_look(self, config):
+        opened = open_calibration(config)
         assert opened is not None
         assert set(opened.provenance.fitted_on).isdisjoint(opened.provenance.calibrated_on)
         assert max(*opened.provenance.fitted_on, *opened.provenance.calibrated_on) < 40
@@ -52,3 +57,4 @@ class TestOpen:
 def test_what_is_left_to_the_network_is_the_same_setting_as_its_own_values():
     assert setting_of(replace(OURS, rows=240, columns=320, peak_threshold=0.1)) == SETTING
     assert setting_of(OURS) == SETTING
+    assert setting_of(replace(TRACKS, region_rows=176, region_columns=128)) == setting_of(TRACKS)

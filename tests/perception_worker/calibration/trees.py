@@ -6,7 +6,14 @@ from perception_worker.calibration.features import FEATURES
 from protocol.skeleton import JOINT_COUNT
 
 SETTING = Setting(
-    network="openpose_mobilenet_thin", rows=240, columns=320, crop="none", peak_threshold=0.1, lifting="nearest"
+    network="openpose_mobilenet_thin",
+    rows=240,
+    columns=320,
+    look="whole",
+    region_rows=0,
+    region_columns=0,
+    peak_threshold=0.1,
+    lifting="nearest",
 )
 
 

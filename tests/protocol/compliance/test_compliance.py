@@ -25,6 +25,7 @@ BROKEN = {
     },
     "answers_pings_from_its_handler": {"test_pings_are_answered_while_work_is_computed"},
     "dies_of_garbage": {"test_a_message_that_can_t_be_told_apart_is_refused_or_passed_over"},
+    "draws_parts_by_themselves": {"test_a_part_of_a_picture_is_what_the_whole_picture_shows_there"},
     "forgets_the_upper_half_of_request_ids": {"test_any_id_comes_back_as_it_was"},
     "ignores_deadlines": {
         "test_a_request_whose_deadline_has_passed_is_refused",

@@ -1,0 +1,94 @@
+"""The two ways of looking: at the whole frame, or where the person is expected.
+
+What is looked at follows from the request alone, from its camera and its filter: any worker, any retry and any resumed
+run looks at the same part and gives the same bytes.
+"""
+
+from typing import Protocol
+
+import numpy as np
+
+from perception_worker.look.expectation import LEAST_JOINTS, Expectation, expected_at, expected_by
+from perception_worker.look.pictures import Pictures
+from perception_worker.look.region import around_person, at_inner_edge
+from perception_worker.look.sight import Sight, look_at
+from perception_worker.network import Network
+from perception_worker.stopwatch import Stopwatch
+from protocol.observation import FilterState
+from protocol.skeleton import JOINT_COUNT
+
+
+class Look(Protocol):
+    """Finds a person in what a camera sees; may be called by several threads at once."""
+
+    def look(self, pictures: Pictures, state: FilterState, watch: Stopwatch) -> Sight:
+        """Look as often as it takes.
+
+        Raises:
+            InvalidOutput: a network gave no maps, or a map that has a value that is not finite.
+            CallFailed: nobody gave a picture; another try may.
+        """
+        ...
+
+
+class WholeLook:
+    """Shows the network every frame whole, and takes whom it takes for the person."""
+
+    def __init__(self, network: Network) -> None:
+        self._network = network
+
+    def look(self, pictures: Pictures, state: FilterState, watch: Stopwatch) -> Sight:
+        """Look once; raises as `Look.look`."""
+        return look_at(pictures.part(pictures.area), pictures.area, self._network, watch)
+
+
+class TrackingLook:
+    """Looks where the filter expects the person, and takes the skeleton that is theirs.
+
+    The whole frame is looked at where the filter knows nobody, where the region would be most of the frame, and where
+    too few joints are found in it or one at its edge. Whoever is found in it is looked at again closer.
+
+    Args:
+        whole: the network for whole frames.
+        closer: the network for regions.
+    """
+
+    def __init__(self, whole: Network, closer: Network) -> None:
+        self._whole = whole
+        self._closer = closer
+        rows, columns = closer.input_size
+        self._aspect = columns / rows
+
+    def look(self, pictures: Pictures, state: FilterState, watch: Stopwatch) -> Sight:
+        """Look once, and twice or three times where it has to be; raises as `Look.look`."""
+        expectation = expected_by(state, pictures.camera)
+        followed = None if expectation is None else self._follow(pictures, expectation, watch)
+        return followed or self._search(pictures, expectation, watch)
+
+    def _follow(self, pictures: Pictures, expectation: Expectation, watch: Stopwatch) -> Sight | None:
+        """What is where the person is expected, if that can be all there is of them."""
+        region = expectation.region(pictures.area, self._aspect)
+        if region is None:
+            return None
+        sight = look_at(pictures.part(region), region, self._closer, watch, expectation)
+        if sight.found < LEAST_JOINTS or at_inner_edge(sight.keypoints, region, pictures.area, sight.cell):
+            return None
+        return sight
+
+    def _search(self, pictures: Pictures, expectation: Expectation | None, watch: Stopwatch) -> Sight:
+        """What is in the whole frame, seen closer."""
+        frame = pictures.part(pictures.area)
+        sight = look_at(frame, pictures.area, self._whole, watch, expectation)
+        if sight.found < LEAST_JOINTS:
+            return sight
+        region = around_person(sight.keypoints, pictures.area, self._aspect, reach=_reach_of_missing(sight))
+        if region is None:
+            return sight
+        closer = look_at(frame, region, self._closer, watch, expected_at(sight.keypoints, sight.cell))
+        return closer if closer.found >= LEAST_JOINTS else sight
+
+
+def _reach_of_missing(sight: Sight) -> float:
+    """Pixels by which a person may reach beyond the joints that were found, more so the fewer they are."""
+    size = np.nanmax(sight.keypoints, axis=0) - np.nanmin(sight.keypoints, axis=0)
+    return float(size.max()) * (1.0 - sight.found / JOINT_COUNT)

@@ -1,0 +1,192 @@
+"""Where is looked, how often, and who is taken for the person."""
+
+import time
+
+import cv2
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from perception_worker.backend import open_look
+from perception_worker.look import HeldPictures, TrackingLook, WholeLook
+from perception_worker.perceive import Perceiver
+from perception_worker.stopwatch import Stopwatch
+from protocol.camera import project
+from protocol.config import PerceptionConfig, settled
+from protocol.observation import FilterState
+from protocol.region import Region
+from protocol.skeleton import Joint
+from tests.perception_worker.look.people import Onlooker, body, camera, frame_of, knows
+
+CAMERA = camera()
+PICTURE = frame_of(CAMERA)
+WHOLE = Region.whole(480, 640)
+NOBODY_KNOWN = FilterState.initial()
+SOMEBODY = knows(body())
+
+
+class Watched:
+    """People to look at, networks that tell what they were shown, and pictures that tell what was asked for."""
+
+    def __init__(self, *people, taken_by=CAMERA, picture=None):
+        self.whole = Onlooker((240, 320), taken_by, *people)
+        self.closer = Onlooker((192, 192), taken_by, *people)
+        self.fetched = []
+        self._pictures = HeldPictures(picture or frame_of(taken_by))
+        self.camera, self.area, self.timings = taken_by, self._pictures.area, {}
+
+    def part(self, region):
+        self.fetched.append(region)
+        return self._pictures.part(region)
+
+    def look(self, state):
+        return TrackingLook(self.whole, self.closer).look(self, state, Stopwatch(time.perf_counter))
+
+
+def away(sight, joints, taken_by=CAMERA):
+    """Pixels between each keypoint and where the joint is; NaN where it was not found."""
+    return np.linalg.norm(sight.keypoints - project(joints, taken_by)[:, :2], axis=1)
+
+
+class TestWhoIsKnown:
+    def test_is_looked_for_where_they_are_expected_and_nothing_else_is_fetched(self):
+        watched = Watched(body())
+        sight = watched.look(SOMEBODY)
+        assert watched.fetched == watched.closer.shown == [sight.region]
+        assert not watched.whole.shown
+        assert sight.region.width < 400
+        assert sight.found == 18
+        assert away(sight, body()).max() < 4
+
+    def test_is_taken_although_another_shows_more_joints(self):
+        own = body()
+        own[[Joint.RIGHT_ANKLE, Joint.LEFT_ANKLE, Joint.RIGHT_WRIST]] = np.nan
+        sight = Watched(own, body(y=0.75)).look(SOMEBODY)
+        assert np.nanmax(away(sight, own)) < 4
+        assert len(sight.others) == 1
+
+    def test_is_looked_for_in_all_of_the_picture_when_they_are_not_there(self):
+        watched = Watched()
+        sight = watched.look(SOMEBODY)
+        assert watched.fetched == [watched.closer.shown[0], WHOLE]
+        assert watched.whole.shown == [WHOLE]
+        assert sight.found == 0
+
+    def test_is_nobody_when_somebody_else_alone_is_in_the_picture(self):
+        sight = Watched(body(y=1.5)).look(SOMEBODY)
+        assert sight.found == 0
+        assert len(sight.others) == 1
+
+    def test_is_looked_for_again_when_a_joint_is_at_the_region_s_edge(self):
+        moved = body()
+        moved[Joint.LEFT_WRIST] = (0.0, 1.1, 1.2)
+        watched = Watched(moved)
+        sight = watched.look(SOMEBODY)
+        assert watched.fetched == [watched.closer.shown[0], WHOLE]
+        assert len(watched.closer.shown) == 2
+        assert away(sight, moved).max() < 4
+
+    def test_half_out_of_the_picture_is_not_looked_for_twice(self):
+        aside = camera(target=(0.0, 2.6, 1.2))
+        watched = Watched(body(), taken_by=aside)
+        sight = watched.look(SOMEBODY)
+        assert len(watched.fetched) == 1
+        assert 3 <= sight.found < 18
+
+    def test_is_looked_for_in_the_part_that_there_is(self):
+        part = PICTURE.part(Region(200, 0, 240, 480))
+        watched = Watched(body(), picture=part)
+        assert all(region.is_within(part.area) for region in [watched.look(SOMEBODY).region, *watched.fetched])
+
+    def test_is_not_followed_with_a_camera_inside_them(self):
+        inside = camera(position=(0.05, 0.0, 1.2), target=(-1.0, 0.0, 1.2))
+        watched = Watched(taken_by=inside)
+        assert watched.look(SOMEBODY).found == 0
+        assert watched.fetched == [WHOLE]
+
+
+class TestWhoIsNotKnown:
+    def test_is_looked_for_in_the_whole_picture_and_then_closer(self):
+        watched = Watched(body())
+        sight = watched.look(NOBODY_KNOWN)
+        assert watched.fetched == watched.whole.shown == [WHOLE]
+        assert watched.closer.shown == [sight.region]
+        assert sight.region != WHOLE
+        assert away(sight, body()).max() < 4
+
+    def test_is_whoever_shows_the_most_joints_in_both_looks(self):
+        other = body(y=-0.8)
+        other[[Joint.RIGHT_ANKLE, Joint.LEFT_ANKLE]] = np.nan
+        assert away(Watched(other, body()).look(NOBODY_KNOWN), body()).max() < 4
+
+    def test_that_nobody_is_there_takes_one_look(self):
+        watched = Watched()
+        assert watched.look(NOBODY_KNOWN).found == 0
+        assert not watched.closer.shown
+
+    def test_who_fills_the_picture_is_not_looked_at_closer(self):
+        near = camera(position=(1.0, 0.0, 1.2))
+        wide = body()
+        wide[[Joint.LEFT_WRIST, Joint.RIGHT_WRIST], 1] = 0.69, -0.69
+        watched = Watched(wide, taken_by=near)
+        assert watched.look(NOBODY_KNOWN).region == WHOLE
+        assert not watched.closer.shown
+
+    def test_a_closer_look_that_loses_the_person_is_not_believed(self):
+        watched = Watched(body())
+        blind = Onlooker((192, 192), CAMERA)
+        sight = TrackingLook(watched.whole, blind).look(watched, NOBODY_KNOWN, Stopwatch(time.perf_counter))
+        assert len(blind.shown) == 1
+        assert sight.region == WHOLE
+        assert sight.found == 18
+
+
+class TestWholeLook:
+    def test_sees_the_whole_picture_whoever_is_known(self):
+        for state in (NOBODY_KNOWN, SOMEBODY):
+            watched = Watched(body(), body(y=1.5))
+            sight = WholeLook(watched.whole).look(watched, state, Stopwatch(time.perf_counter))
+            assert watched.fetched == watched.whole.shown == [WHOLE]
+            assert sight.region == WHOLE
+
+
+class TestPerceiver:
+    def perceive(self, state, **options):
+        watched = Watched(body())
+        perceiver = Perceiver(TrackingLook(watched.whole, watched.closer), PerceptionConfig())
+        return perceiver.observe(watched, state, **options)
+
+    def test_speaks_of_the_whole_picture_s_pixels(self):
+        observation = self.perceive(SOMEBODY, heatmaps=True)
+        assert observation.keypoints == pytest.approx(project(body(), CAMERA)[:, :2], abs=4)
+        assert observation.points == pytest.approx(body(), abs=0.05)
+        left, top, width, height = observation.heatmap_area
+        assert Region(left, top, width, height).is_within(WHOLE)
+        assert width < 400
+
+    def test_reads_quality_at_the_right_cells_of_the_region(self):
+        observation = self.perceive(SOMEBODY)
+        assert observation.mass == pytest.approx(np.ones(18), abs=0.01)
+        assert (observation.height > 0.4).all()
+
+    def test_goes_on_from_its_own_filter(self):
+        first = self.perceive(NOBODY_KNOWN)
+        second = self.perceive(first.filter, heatmaps=True)
+        assert second.heatmap_area != (0, 0, 640, 480)
+        assert (second.filter.variance < first.filter.variance).all()
+
+
+@pytest.mark.slow
+class TestRealNetwork:
+    def test_a_closer_look_sees_a_person_who_is_too_far_for_the_whole_frame(self, frame, astronaut):
+        rgb = np.full((960, 1280, 3), 128, np.uint8)
+        rgb[400:560, 700:860] = cv2.resize(astronaut, (160, 160), interpolation=cv2.INTER_AREA)
+        config = replace(settled(PerceptionConfig(), "vantage"), rows=240, columns=320)
+        once, twice = (
+            Perceiver(open_look(replace(config, look=look)), config).perceive(frame(rgb), NOBODY_KNOWN).keypoints
+            for look in ("whole", "track")
+        )
+        assert np.isfinite(twice[:, 0]).sum() > np.isfinite(once[:, 0]).sum()
+        face = twice[[Joint.NOSE, Joint.RIGHT_EYE, Joint.LEFT_EYE]]
+        expected = np.array([[169, 94], [154, 76], [187, 77]]) * 160 / 384 + np.array([700, 400])
+        assert face == pytest.approx(expected, abs=3)
