@@ -34,17 +34,20 @@ QUANTITIES: Mapping[str, tuple[str, float]] = {
     "quality": ("quality", 1.0),
     "filter_mean": ("filter's mean, mm", 1e3),
     "filter_variance": ("filter's variance, m²", 1.0),
+    "weights": ("weights", 1.0),
 }
 """What is compared: its name and unit, and by how much it is multiplied for that."""
 
 
 def differences(expected: Mapping[str, NDArray[Any]], found: Mapping[str, NDArray[Any]]) -> list[Difference]:
-    """Of every quantity that both have."""
-    return [
-        difference(text, _scaled(expected[name], scale), _scaled(found[name], scale))
-        for name, (text, scale) in QUANTITIES.items()
-        if name in expected and name in found
-    ]
+    """Of every array that both have; what stands before a slash in an array's name is said with the quantity."""
+    return [_difference(name, expected[name], found[name]) for name in expected if name in found]
+
+
+def _difference(name: str, expected: NDArray[Any], found: NDArray[Any]) -> Difference:
+    what, _, kind = name.rpartition("/")
+    text, scale = QUANTITIES[kind]
+    return difference(f"{what}: {text}" if what else text, _scaled(expected, scale), _scaled(found, scale))
 
 
 def difference(quantity: str, expected: NDArray[Any], found: NDArray[Any]) -> Difference:

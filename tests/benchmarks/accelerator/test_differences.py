@@ -21,6 +21,11 @@ def test_quantities_are_told_in_their_units_and_only_where_both_have_them():
     assert by_name == {"colours, levels of 255": 2.0, "points, mm": pytest.approx(2.0)}
 
 
+def test_what_stands_before_a_slash_is_said_with_the_quantity():
+    points = {"track/points": np.array([1.0])}
+    assert [one.quantity for one in differences(points, points)] == ["track: points, mm"]
+
+
 def test_a_digest_is_of_names_and_bytes():
     array = np.arange(6.0).reshape(2, 3)
     others = {"b": array}, {"a": array + 1.0}, {"a": array.astype(np.float32)}

@@ -31,8 +31,8 @@ def test_stages_that_only_the_cpu_does_are_told_once():
     seen = Measured(
         device="CUDA",
         on_gpu=True,
-        seconds={"infer": [0.01], "decode": [0.01]},
-        digests={"heatmaps": "a", "keypoints": "b"},
+        seconds={"infer, track": [0.01], "decode, track": [0.01]},
+        digests={"track/heatmaps": "a", "track/keypoints": "b"},
     )
     assert "decode" in stage_table([row(seen)])
     assert "decode" not in stage_table([row(seen, place="GPU")])
