@@ -67,13 +67,18 @@ def world_to_camera(pose: CameraPose) -> Float64Array:
     """The (4, 4) transform from world to camera coordinates; the camera does not roll."""
     eye, target = np.asarray(pose.position, float), np.asarray(pose.target, float)
     forward = (target - eye) / np.linalg.norm(target - eye)
-    right = np.cross(forward, (0.0, 0.0, 1.0))
+    right = _cross(forward, np.array([0.0, 0.0, 1.0]))
     right /= np.linalg.norm(right)
-    down = np.cross(forward, right)
     transform = np.eye(4)
-    transform[:3, :3] = np.stack([right, down, forward])
+    transform[:3, :3] = right, _cross(forward, right), forward
     transform[:3, 3] = -transform[:3, :3] @ eye
     return transform
+
+
+def _cross(a: Float64Array, b: Float64Array) -> Float64Array:
+    """The cross product of two vectors (3,), to the bit what `np.cross` gives after all of its checks."""
+    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
 def project(points: Float64Array, camera: Camera) -> Float64Array:

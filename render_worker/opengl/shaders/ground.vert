@@ -6,6 +6,8 @@ uniform mat4 view_projection;
 uniform mat4 light;
 out vec2 place;
 out vec3 seen_by_sun;
+// Both programs of the ground must place it alike: what one has drawn, the other leaves.
+invariant gl_Position;
 
 void main() {
     gl_Position = view_projection * vec4(position, 1.0);

@@ -14,14 +14,18 @@ uniform vec3 bounce;
 uniform bool edges;
 out vec4 colour;
 
-float lit() {
+float lit(float towards) {
     // A step along the normal keeps a surface out of its own shadow.
     vec3 at = (light * vec4(world + facing * 0.008, 1.0)).xyz * 0.5 + 0.5;
+    // What is turned away from the sun is dark whatever its shadow says, and software runs a loop once at least.
+    int taps = towards > 0.0 ? 4 : 1;
     float sum = 0.0;
-    for (int k = 0; k < 4; k++) {
+    int k = 0;
+    do {
         vec2 offset = (vec2(k & 1, k >> 1) - 0.5) * 0.004;
         sum += texture(shadow, vec3(at.xy + offset, at.z));
-    }
+        k++;
+    } while (k < taps);
     return sum * 0.25;
 }
 
@@ -31,7 +35,8 @@ void main() {
     vec3 albedo = texture(textures, place).rgb;
     // Of cloth, the inside is seen too.
     vec3 n = normalize(gl_FrontFacing ? facing : -facing);
-    float direct = max(dot(n, towards_sun) * 0.9 + 0.1, 0.0) * lit();
+    float towards = dot(n, towards_sun) * 0.9 + 0.1;
+    float direct = max(towards, 0.0) * lit(towards);
     vec3 ambient = mix(bounce, sky, n.z * 0.5 + 0.5);
     vec3 reflected = albedo * albedo * (ambient + sun * direct);
     colour = vec4(sqrt(reflected / (1.0 + 0.18 * reflected)), 1.0);

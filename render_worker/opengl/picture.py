@@ -28,25 +28,32 @@ def clip_projection(intrinsics: Intrinsics) -> Float64Array:
     return matrix
 
 
+def uniform(matrix: Float64Array) -> bytes:
+    """A matrix as a shader takes it."""
+    return matrix.T.astype(np.float32).tobytes()
+
+
 def read_colours(target: "Framebuffer", region: Region) -> UInt8Array:
     """(height, width, 3) of a region."""
-    pixels = np.frombuffer(target.read(viewport=_viewport(region), components=4, alignment=1), np.uint8)
+    pixels = np.frombuffer(target.read(viewport=rectangle(region), components=4, alignment=1), np.uint8)
     return cv2.cvtColor(pixels.reshape(*region.shape, 4), cv2.COLOR_RGBA2RGB).astype(np.uint8, copy=False)
 
 
 def read_depth(target: "Framebuffer", region: Region) -> Float32Array:
     """(height, width) of a region, metres along the view; 0 where there is nothing but sky."""
-    stored = target.read(viewport=_viewport(region), attachment=-1, components=1, dtype="f4", alignment=1)
+    stored = target.read(viewport=rectangle(region), attachment=-1, components=1, dtype="f4", alignment=1)
     return _metres(np.frombuffer(stored, np.float32).reshape(region.shape))
 
 
-def _viewport(region: Region) -> tuple[int, int, int, int]:
+def rectangle(region: Region) -> tuple[int, int, int, int]:
+    """A region as OpenGL takes viewports and scissors; the picture's first row is the lowest."""
     return region.left, region.top, region.width, region.height
 
 
 def _metres(stored: Float32Array) -> Float32Array:
     """Metres of the depth buffer's values, 0 to 1."""
-    scale = (FARTHEST - NEAREST) / (FARTHEST * NEAREST)
-    depth = np.reciprocal(np.float32(1 / NEAREST) - stored * np.float32(scale), dtype=np.float32)
-    depth[stored >= 1] = 0
+    depth = stored * np.float32((FARTHEST - NEAREST) / (FARTHEST * NEAREST))
+    np.subtract(np.float32(1 / NEAREST), depth, out=depth)
+    np.reciprocal(depth, out=depth)
+    depth *= stored < 1
     return depth

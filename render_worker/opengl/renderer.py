@@ -1,0 +1,149 @@
+"""A renderer that answers requests: it keeps what doesn't change between the frames of a scene.
+
+What a scene needs (the posed and clothed bodies, their textures, their shadow) is uploaded once and kept for the scenes
+used last; that saves time and changes no byte.
+"""
+
+import importlib.resources
+import os
+import time
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from protocol.arrays import Float32Array
+from protocol.errors import Unavailable
+from protocol.frame import Frame
+from protocol.messages import Render
+from protocol.region import Region
+from render_worker.assets import Assets
+from render_worker.opengl.drawing import Drawing, View
+from render_worker.opengl.finish import finish_function
+from render_worker.opengl.nearest import nearest_surface
+from render_worker.opengl.picture import read_colours, read_depth
+from render_worker.opengl.staging import Programs, Staged, Staging
+from render_worker.stereo_noise import measure_part, noise_seed, seen_around
+from render_worker.surroundings import is_hall, require_names
+from render_worker.visibility import visible_joints, with_joints
+
+if TYPE_CHECKING:
+    from moderngl import Context, Framebuffer
+
+_SURROUNDINGS_KEPT = 12
+_SIZES_KEPT = 4
+
+
+class OpenGlRenderer:
+    """Draws scenes with OpenGL 3.3.
+
+    Args:
+        assets: the baked bodies.
+        threads: of Mesa's software rasteriser, 0 for the calling thread alone; a GPU doesn't care.
+        scenes_kept: how many scenes stay uploaded, some 20 MB each.
+
+    Raises:
+        Unavailable: there is no EGL, or no OpenGL 3.3 behind it.
+    """
+
+    def __init__(self, assets: Assets, *, threads: int = 0, scenes_kept: int = 16) -> None:
+        self._context = _open_context(threads)
+        self._finish = finish_function()
+        programs = _compile(self._context)
+        self._drawing = Drawing(self._context, programs)
+        staging = Staging(self._context, programs, assets)
+        # What drops out of a cache is given back to OpenGL by the context's own collection.
+        self._grounds = lru_cache(_SURROUNDINGS_KEPT)(staging.ground)
+        self._backdrops = lru_cache(_SURROUNDINGS_KEPT)(staging.backdrops)
+        self._staged = lru_cache(scenes_kept)(lambda scene: staging.scene(scene, self._grounds(scene.ground).extent))
+        self._targets = lru_cache(_SIZES_KEPT)(self._target)
+
+    @property
+    def device(self) -> str:
+        """What draws, in the driver's words."""
+        return str(self._context.info["GL_RENDERER"])
+
+    def render(self, request: Render) -> Frame:
+        """Draw one frame; see `Renderer.render`."""
+        started = time.perf_counter()
+        scene, camera = request.scene, request.camera
+        require_names(scene.ground, scene.background)
+        region = request.region or Region.seen_by(camera.intrinsics)
+        # OpenGL draws into the thread's current context, which may be another renderer's.
+        with self._context:
+            staged, ground, backdrops = (
+                self._staged(scene),
+                self._grounds(scene.ground),
+                self._backdrops(scene.background),
+            )
+            drawn = _needed(region, request, staged)
+            target = self._targets((camera.intrinsics.width, camera.intrinsics.height))
+            self._drawing.draw(View.of(target, camera, drawn), staged, ground, backdrops)
+            self._finish()
+            rgb, depth = read_colours(target, region), read_depth(target, drawn)
+            self._context.gc()
+        visible = visible_joints(staged.joints, depth, camera, drawn) if request.truth else None
+        return Frame(
+            rgb=rgb,
+            depth=_measured(depth, drawn, region, request),
+            camera=camera,
+            joints=staged.joints.copy() if request.truth else None,
+            visible=visible,
+            timings={"render": time.perf_counter() - started},
+            region=request.region,
+        )
+
+    def close(self) -> None:
+        """Give back the context and everything in it."""
+        for cache in (self._staged, self._grounds, self._backdrops, self._targets):
+            cache.cache_clear()
+        self._context.release()
+
+    def _target(self, size: tuple[int, int]) -> "Framebuffer":
+        return self._context.framebuffer([self._context.renderbuffer(size, 4)], self._context.depth_renderbuffer(size))
+
+
+def _open_context(threads: int) -> "Context":
+    # Mesa reads it when the context is made.
+    os.environ["LP_NUM_THREADS"] = str(threads)
+    import moderngl
+
+    settings: Any = {"backend": "egl"}
+    try:
+        context = moderngl.create_context(require=330, standalone=True, **settings)
+    except Exception as error:
+        raise Unavailable(
+            f"no OpenGL 3.3 through EGL on this machine ({error}); "
+            "on Debian: apt install libegl1 libgl1 libgl1-mesa-dri"
+        ) from error
+    context.gc_mode = "context_gc"
+    return context
+
+
+def _compile(context: "Context") -> Programs:
+    sources = importlib.resources.files("render_worker.opengl") / "shaders"
+
+    def program(name: str) -> Any:
+        return context.program(
+            vertex_shader=(sources / f"{name}.vert").read_text(), fragment_shader=(sources / f"{name}.frag").read_text()
+        )
+
+    return Programs(*map(program, Programs._fields))
+
+
+def _needed(region: Region, request: Render, staged: Staged) -> Region:
+    """The part of the picture that has to be drawn so that all of the answer to the request is known."""
+    camera, hall = request.camera, is_hall(request.scene.background)
+    if camera.depth_noise == "d435i":
+        nearest = nearest_surface([one.outline for one in staged.people], camera, hall=hall)
+        region = seen_around(region, camera.intrinsics, nearest)
+    return with_joints(region, staged.joints, camera) if request.truth else region
+
+
+def _measured(depth: Float32Array, drawn: Region, region: Region, request: Render) -> Float32Array:
+    """The depth of a region as the request's camera measures it, out of the true depth of all that was drawn."""
+    camera = request.camera
+    if camera.depth_noise == "none":
+        return np.ascontiguousarray(region.within(drawn).part(depth))
+    size = camera.intrinsics.height, camera.intrinsics.width
+    return measure_part(depth, drawn, region, size, camera.intrinsics.fx, noise_seed(request.scene, camera))
