@@ -40,7 +40,7 @@ class OnnxRuntimeEngine:
             InvalidConfig: the file can't be read, or takes no image of this size.
         """
         with _explained(file, input_size or default_size):
-            self._session = onnxruntime.InferenceSession(file, _session_options(threads), providers=_providers())
+            self._session = _session(file, _session_options(threads), _providers())
         self._names = [output.name for output in self._session.get_outputs()]
         image = self._session.get_inputs()[0]
         self._input = image.name
@@ -53,6 +53,17 @@ class OnnxRuntimeEngine:
         """What the network gives for an image (3, rows, columns), by name and without the batch's dimension."""
         outputs: list[Any] = list(self._session.run(self._names, {self._input: image[None]}))
         return {name: output[0] for name, output in zip(self._names, outputs, strict=True)}
+
+
+def _session(file: Path, options: onnxruntime.SessionOptions, providers: list[Any]) -> onnxruntime.InferenceSession:
+    """With the first provider whose libraries are all here."""
+    try:
+        # ONNX Runtime's own second try forgets the providers' options, and so would compute in TF32.
+        return onnxruntime.InferenceSession(file, options, providers=providers, enable_fallback=0)
+    except (ValueError, RuntimeError):
+        if len(providers) == 1:
+            raise
+        return _session(file, options, providers[1:])
 
 
 def gpu_providers() -> list[str]:

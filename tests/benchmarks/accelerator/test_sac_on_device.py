@@ -1,0 +1,26 @@
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from agent.learner import make_learner
+from benchmarks.accelerator.learn import measured_updates
+from benchmarks.accelerator.sac_on_device import SacOnDevice
+from protocol.config import EnvironmentConfig, LearnerConfig, SacConfig
+
+ENVIRONMENT = EnvironmentConfig(num_envs=4)
+CONFIG = replace(SacConfig(), batch=16, updates_per_step=0.25)
+
+
+def weights_after(learner, updates=5):
+    measured_updates(learner, CONFIG.batch, ENVIRONMENT.num_envs, updates)
+    return learner.weights()
+
+
+@pytest.mark.slow
+def test_on_the_cpu_it_learns_what_the_agent_learns():
+    # One after the other: each seeds the generators of the process, and draws from them.
+    expected = weights_after(make_learner(LearnerConfig(sac=CONFIG), ENVIRONMENT, seed=3))
+    found = weights_after(SacOnDevice(CONFIG, ENVIRONMENT, seed=3, device="cpu"))
+    assert found.keys() == expected.keys()
+    for name, weights in expected.items():
+        np.testing.assert_allclose(found[name], weights, atol=1e-6, err_msg=name)
