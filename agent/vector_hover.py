@@ -2,6 +2,7 @@
 
 Whether a flight is over is settled by its move, before any picture is taken. So the last pictures of finished flights
 and the first ones of those that follow go out together, and nothing depends on the order in which answers come back.
+The first picture of the episode that begins next is asked for while the others fly.
 """
 
 from collections.abc import Sequence
@@ -16,39 +17,27 @@ from numpy.typing import ArrayLike, NDArray
 
 from agent.episode_seeds import drawn_seed, episode_seed
 from agent.eyes import Eyes
-from agent.flight import Flight, camera_of, earn, move, see, take_off
+from agent.flight import Flight, earn, move, take_off
 from agent.flight_state import flight_of, flight_state
 from agent.hover import info_of
+from agent.looking import Looking, look_from
 from agent.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
-from agent.stages import StageTimes, times_of
+from agent.stages import StageTimes
+from agent.upcoming import Upcoming
 from agent.workspace import require_room_to_start
 from protocol.arrays import Float32Array, Float64Array
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
-from protocol.observation import Observation
-from protocol.pending import Pending
 from protocol.scene import Split
 
 StepResult: TypeAlias = tuple[Float32Array, Float64Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]
 
 
-class _Looking(Struct, frozen=True, eq=False):
-    """A flight and the picture that it waits for, if any."""
-
-    flight: Flight
-    look: Pending[Observation] | None = None
-
-    def landed(self) -> tuple[Flight, StageTimes]:
-        if self.look is None:
-            return self.flight, StageTimes({})
-        return see(self.flight, self.look.result()), times_of(self.look)
-
-
 class _UnderWay(Struct, frozen=True, eq=False):
     """One drone's step: its flight, the one that follows where that is over, and whether it flew at all."""
 
-    looking: _Looking
-    following: _Looking | None
+    looking: Looking
+    following: Looking | None
     flew: bool
 
 
@@ -98,6 +87,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         self._run_seed = 0
         self._begun = 0
         self._under_way: list[_UnderWay] | None = None
+        self._upcoming = Upcoming(lambda number: self._looking(self._taken_off(episode_seed(self._run_seed, number))))
 
     def reset(
         self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None
@@ -109,6 +99,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
                 drone; or none, to go on with the run's next episodes.
         """
         self._under_way = None
+        self._upcoming.forget()
         if not isinstance(seed, Sequence):
             self._begin_run(None if seed is None else int(seed))
         looking = [self._looking(self._taken_off(one)) for one in self._first_seeds(seed)]
@@ -134,6 +125,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a `state` of an environment of the same configuration."""
         self._under_way = None
+        self._upcoming.forget()
         self._run_seed, self._begun = state["run_seed"], state["begun"]
         self.flights = tuple(flight_of(flight) for flight in state["flights"])
         for name, rng in self._generators().items():
@@ -157,8 +149,8 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         following = self._following(moved)
         self._under_way = [
             _UnderWay(
-                looking=_Looking(flight) if before.over else self._looking(flight),
-                following=self._looking(after) if after else None,
+                looking=Looking(flight) if before.over else self._looking(flight),
+                following=after,
                 flew=not before.over,
             )
             for before, flight, after in zip(self.flights, moved, following, strict=True)
@@ -173,6 +165,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         if self._under_way is None:
             raise NoAsyncCallError("no step is under way: call send() first", "receive")
         under_way, self._under_way = self._under_way, None
+        self._prepare(under_way)
         landed = [self._landed(step) for step in under_way]
         self.flights = tuple(step.current[0] for step in landed)
         self._begun += sum(step.following is not None for step in landed)
@@ -213,15 +206,20 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
             return list(seed)
         return [episode_seed(self._run_seed, self._begun + index) for index in range(self.num_envs)]
 
-    def _following(self, moved: list[Flight]) -> list[Flight | None]:
+    def _following(self, moved: list[Flight]) -> list[Looking | None]:
         """The episodes that follow those that are over, in the drones' order."""
         number = self._begun
-        following: list[Flight | None] = []
+        following: list[Looking | None] = []
         for flight in moved:
             ends = flight.over and self._follows
-            following.append(self._taken_off(episode_seed(self._run_seed, number)) if ends else None)
+            following.append(self._upcoming.take(number) if ends else None)
             number += ends
         return following
+
+    def _prepare(self, under_way: list[_UnderWay]) -> None:
+        """Take off the episode after those that begin in the step under way."""
+        if self._follows:
+            self._upcoming.prepare(self._begun + sum(step.following is not None for step in under_way))
 
     def _taken_off(self, seed: int) -> Flight:
         return take_off(self.config, seed, self._eyes.sample(seed, self._split))
@@ -240,8 +238,5 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
             infos = self._add_info(infos, info_of(*step.current), index)
         return infos
 
-    def _looking(self, flight: Flight) -> _Looking:
-        """Start a picture, unless the flight ended badly."""
-        if flight.ended_badly:
-            return _Looking(flight)
-        return _Looking(flight, self._eyes.look(flight.scene, camera_of(self.config, flight), flight.filter))
+    def _looking(self, flight: Flight) -> Looking:
+        return look_from(flight, self._eyes, self.config)

@@ -123,7 +123,7 @@ class PerceptionConfig(_Section, frozen=True):
     lifting: Literal["auto", Lifting] = "auto"
     calibration: str = "auto"
     mask: Literal["auto", "none", "skeleton"] = "auto"
-    prefetch: Count = 2
+    prefetch: Count = 3
     frames: FrameEncoding = "auto"
 
 
@@ -149,7 +149,7 @@ class EnvironmentConfig(_Section, frozen=True):
         success_threshold: weighted uncertainty (0 to 10) below which an episode's end counts as a success.
     """
 
-    num_envs: Count = 4
+    num_envs: Count = 8
     episode_steps: Count = 100
     step_duration: Positive = 0.5
     beta: Annotated[float, Meta(gt=1)] = 2.0

@@ -93,11 +93,44 @@ def test_all_pictures_of_a_step_are_under_way_at_once() -> None:
     answer()
     resetting.join()
     for step in range(SHORT.episode_steps):
+        answer()
         env.send(np.zeros((3, 3)))
         last = step == SHORT.episode_steps - 1
-        assert len(under_way) == (6 if last else 3), "the next flights' first pictures go out with the last ones"
+        # Of the next flights' first pictures one has come already.
+        assert len(under_way) == (5 if last else 3), "the next flights' first pictures go out with the last ones"
         answer()
         env.receive()
+
+
+def test_the_next_episode_s_first_picture_is_asked_for_while_the_others_fly(eyes: AnalyticEyes) -> None:
+    scenes: list[int] = []
+
+    class Watched(AnalyticEyes):
+        def sample(self, seed, split):
+            scenes.append(seed)
+            return super().sample(seed, split)
+
+    env = VectorHover(Watched(), config=SHORT)
+    env.reset(seed=3)
+    assert scenes == [episode_seed(3, number) for number in range(3)]
+    env.step(np.zeros((3, 3)))
+    assert scenes[3:] == [episode_seed(3, 3)]
+    for _ in range(SHORT.episode_steps - 1):
+        env.step(np.zeros((3, 3)))
+    # Each episode was taken off once, and one more is ahead.
+    assert scenes == [episode_seed(3, number) for number in range(7)]
+
+
+def test_what_was_taken_off_ahead_changes_no_flight(eyes: AnalyticEyes) -> None:
+    """Not even across a reset, which begins other episodes under the same numbers."""
+    env, fresh = VectorHover(eyes, config=SHORT), VectorHover(eyes, config=SHORT)
+    env.reset(seed=1)
+    env.step(actions_of(0))
+    for one in (env, fresh):
+        one.reset(seed=2)
+    for step in range(2 * SHORT.episode_steps):
+        for found, expected in zip(*(one.step(actions_of(step)) for one in (env, fresh)), strict=True):
+            assert data_equivalence(found, expected)
 
 
 @pytest.mark.parametrize("delays", [(0.02, 0.01, 0.0), (0.0, 0.015, 0.005, 0.02)])
