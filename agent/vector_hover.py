@@ -87,7 +87,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         self._run_seed = 0
         self._begun = 0
         self._under_way: list[_UnderWay] | None = None
-        self._upcoming = Upcoming(lambda number: self._looking(self._taken_off(episode_seed(self._run_seed, number))))
+        self._upcoming = Upcoming()
 
     def reset(
         self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None
@@ -212,14 +212,18 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         following: list[Looking | None] = []
         for flight in moved:
             ends = flight.over and self._follows
-            following.append(self._upcoming.take(number) if ends else None)
+            following.append(self._upcoming.take(number, self._begin_episode) if ends else None)
             number += ends
         return following
 
     def _prepare(self, under_way: list[_UnderWay]) -> None:
         """Take off the episode after those that begin in the step under way."""
         if self._follows:
-            self._upcoming.prepare(self._begun + sum(step.following is not None for step in under_way))
+            number = self._begun + sum(step.following is not None for step in under_way)
+            self._upcoming.prepare(number, self._begin_episode)
+
+    def _begin_episode(self, number: int) -> Looking:
+        return self._looking(self._taken_off(episode_seed(self._run_seed, number)))
 
     def _taken_off(self, seed: int) -> Flight:
         return take_off(self.config, seed, self._eyes.sample(seed, self._split))

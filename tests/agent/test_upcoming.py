@@ -24,44 +24,44 @@ class Flights:
 
 def test_the_episode_that_was_prepared_is_taken_without_another_take_off():
     flights = Flights()
-    upcoming = Upcoming(flights.begin)
-    upcoming.prepare(4)
-    upcoming.prepare(4)
-    assert upcoming.take(4).flight == "flight 4"
+    upcoming = Upcoming()
+    upcoming.prepare(4, flights.begin)
+    upcoming.prepare(4, flights.begin)
+    assert upcoming.take(4, flights.begin).flight == "flight 4"
     assert flights.begun == [4]
 
 
 def test_what_was_prepared_is_given_away_once():
     flights = Flights()
-    upcoming = Upcoming(flights.begin)
-    upcoming.prepare(4)
-    assert upcoming.take(4) is not upcoming.take(4)
+    upcoming = Upcoming()
+    upcoming.prepare(4, flights.begin)
+    assert upcoming.take(4, flights.begin) is not upcoming.take(4, flights.begin)
     assert flights.begun == [4, 4]
 
 
 def test_another_episode_than_the_prepared_one_is_taken_off_anew():
     flights = Flights()
-    upcoming = Upcoming(flights.begin)
-    upcoming.prepare(4)
-    assert upcoming.take(5).flight == "flight 5"
+    upcoming = Upcoming()
+    upcoming.prepare(4, flights.begin)
+    assert upcoming.take(5, flights.begin).flight == "flight 5"
 
 
 def test_what_is_forgotten_is_not_taken():
     flights = Flights()
-    upcoming = Upcoming(flights.begin)
-    upcoming.prepare(4)
+    upcoming = Upcoming()
+    upcoming.prepare(4, flights.begin)
     upcoming.forget()
-    upcoming.take(4)
+    upcoming.take(4, flights.begin)
     assert flights.begun == [4, 4]
 
 
 def test_a_worker_that_is_lost_while_it_is_prepared_is_asked_again_in_its_time():
     flights = Flights(failures=1)
-    upcoming = Upcoming(flights.begin)
-    upcoming.prepare(4)
-    assert upcoming.take(4).flight == "flight 4"
+    upcoming = Upcoming()
+    upcoming.prepare(4, flights.begin)
+    assert upcoming.take(4, flights.begin).flight == "flight 4"
 
 
 def test_a_worker_that_is_lost_in_its_time_is_told():
     with pytest.raises(WorkerLost):
-        Upcoming(Flights(failures=1).begin).take(4)
+        Upcoming().take(4, Flights(failures=1).begin)
