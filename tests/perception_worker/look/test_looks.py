@@ -98,6 +98,10 @@ class TestWhoIsKnown:
         watched = Watched(body(), picture=part)
         assert all(region.is_within(part.area) for region in [watched.look(SOMEBODY).region, *watched.fetched])
 
+    @pytest.mark.parametrize("state", [SOMEBODY, NOBODY_KNOWN])
+    def test_is_nobody_in_a_part_of_one_pixel(self, state):
+        assert Watched(body(), picture=PICTURE.part(Region(5, 7, 1, 1))).look(state).found == 0
+
     def test_is_not_followed_with_a_camera_inside_them(self):
         inside = camera(position=(0.05, 0.0, 1.2), target=(-1.0, 0.0, 1.2))
         watched = Watched(taken_by=inside)
