@@ -20,10 +20,10 @@ _IN_DOUBT = ("perceive", "learn", "render")
 
 _AGAIN = "-again"
 
-_PREFILL = 300
-"""Steps: the first batch and a little more."""
+_PREFILL = 264
+"""Steps: the first batch and one step of every drone."""
 
-_LONGEST_LOOP = 30.0
+_LONGEST_LOOP = 35.0
 """Seconds, start included. A training that takes longer is asked to end, and tells what it came to until then."""
 
 
