@@ -18,9 +18,6 @@ _REACH = 2.0
 _LEFT = [Joint.LEFT_SHOULDER, Joint.LEFT_HIP, Joint.LEFT_EYE, Joint.LEFT_EAR]
 _RIGHT = [Joint.RIGHT_SHOULDER, Joint.RIGHT_HIP, Joint.RIGHT_EYE, Joint.RIGHT_EAR]
 
-_BACK = torch.tensor([1.0, -1.0])
-"""Takes the sine of a bearing to that of the turn back."""
-
 FEATURE_SIZE = 2 + 2 + 3 + 4 + 3 * JOINT_COUNT + JOINT_COUNT + 2 * len(_LEFT) + 2
 
 
@@ -98,13 +95,14 @@ def to_drone_frame(vectors: Tensor, bearing: Tensor) -> Tensor:
 
 
 def to_world_frame(vectors: Tensor, bearing: Tensor) -> Tensor:
-    """The inverse of `to_drone_frame`."""
-    return to_drone_frame(vectors, bearing * _BACK)
+    """The inverse of `to_drone_frame`, on whatever device both are."""
+    cosine, sine = bearing.split(1, dim=-1)
+    return to_drone_frame(vectors, torch.cat([cosine, -sine], dim=-1))
 
 
 def to_drone_frames(features: Tensor) -> Tensor:
     """(n, 3, 3) what `to_drone_frame` does, as matrices; their transposes lead back into the world frame."""
-    matrices = torch.zeros(len(features), 3, 3, dtype=features.dtype)
+    matrices = features.new_zeros(len(features), 3, 3)
     cosine, sine = bearing_of(features).unbind(1)
     matrices[:, 0, 0] = matrices[:, 1, 1] = cosine
     matrices[:, 0, 1], matrices[:, 1, 0] = sine, -sine

@@ -3,15 +3,14 @@
 import importlib.util
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from perception_worker.backend import DEFAULT_SIZE, input_size, peak_threshold, region_size
-from perception_worker.engine import Engine, Outputs, shapes_of
+from perception_worker.engine import Engine
 from perception_worker.layout import find_layout
 from perception_worker.look import Look, TrackingLook, WholeLook
 from perception_worker.models import OPENPOSE_MOBILENET_THIN, require_network
 from perception_worker.openpose_network import OpenPoseNetwork
-from protocol.arrays import Float32Array
 from protocol.config import PerceptionConfig
 from protocol.errors import Unavailable
 
@@ -79,42 +78,6 @@ def _onnxruntime(file: Path, size: _Size) -> _Found:
     return engine, f"ONNX Runtime, {_short(engine.provider)}", engine.provider != CPU
 
 
-def _onnxruntime_cuda(**options: Any) -> Callable[[Path, _Size], _Found]:
-    """CUDA's provider with options that a perception worker does not set."""
-
-    def opened(file: Path, size: _Size) -> _Found:
-        if not importlib.util.find_spec("onnxruntime"):
-            raise Unavailable("ONNX Runtime is not installed")
-        from perception_worker.onnxruntime_engine import CUDA
-
-        engine = _Session(file, size, CUDA, {"use_tf32": False} | options)
-        if engine.provider != CUDA:
-            raise Unavailable("ONNX Runtime can't use CUDA here")
-        said = ", ".join(f"{name}={value}" for name, value in options.items())
-        return engine, f"ONNX Runtime, CUDA, {said}", True
-
-    return opened
-
-
-class _Session:
-    """A session of ONNX Runtime's, with the provider's options as they are given."""
-
-    def __init__(self, file: Path, size: _Size, provider: str, options: dict[str, Any]) -> None:
-        import numpy as np
-        import onnxruntime
-
-        self._session = onnxruntime.InferenceSession(file, providers=[(provider, options), "CPUExecutionProvider"])
-        self._names = [output.name for output in self._session.get_outputs()]
-        self._input = self._session.get_inputs()[0].name
-        self.provider: str = self._session.get_providers()[0]
-        self.input_size = size
-        self.outputs = shapes_of(self.run(np.zeros((3, *size), np.float32)))
-
-    def run(self, image: Float32Array) -> Outputs:
-        outputs: list[Any] = list(self._session.run(self._names, {self._input: image[None]}))
-        return {name: output[0] for name, output in zip(self._names, outputs, strict=True)}
-
-
 def _torch(file: Path, size: _Size) -> _Found:
     if not importlib.util.find_spec("torch"):
         raise Unavailable("PyTorch is not installed")
@@ -134,8 +97,5 @@ def _short(provider: str) -> str:
 ENGINES: dict[str, Callable[[Path, _Size], _Found]] = {
     "openvino": _openvino,
     "onnxruntime": _onnxruntime,
-    # Searching for the quickest algorithm, as is the default, may find another one each time.
-    "onnxruntime-heuristic": _onnxruntime_cuda(cudnn_conv_algo_search="HEURISTIC"),
-    "onnxruntime-default": _onnxruntime_cuda(cudnn_conv_algo_search="DEFAULT"),
     "torch": _torch,
 }

@@ -7,6 +7,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import msgspec
@@ -68,57 +69,69 @@ class Jobs:
             return Missing(f"it would be {measured.device}, which is no GPU{_complaint(said.stderr)}")
         return measured
 
-    def train(self, name: str, place: Place, config: str) -> TrainingReport | Missing:
-        """What a training says of itself at its end."""
+    def train(self, name: str, place: Place, config: str, *, longest: float) -> TrainingReport | Missing:
+        """What a training says of itself at its end, be it that it was stopped after `longest` seconds."""
         file = self._directory / f"{name}.toml"
         file.write_text(config)
         with tempfile.TemporaryDirectory() as run:
             command = ("-m", "orchestrator", "train", str(file), "--json", "--no-evaluate", "--run", f"{run}/run")
-            said = self._run(name, place, command)
-        return said if isinstance(said, Missing) else msgspec.json.decode(said.stdout, type=TrainingReport)
+            said = self._ended(name, place, command, longest)
+        if isinstance(said, Missing):
+            return said
+        with suppress(msgspec.DecodeError):
+            report = msgspec.json.decode(said.stdout, type=TrainingReport)
+            if report.steps:
+                return report
+        return self._missing(said)
 
     def _run(self, name: str, place: Place, command: Sequence[str]) -> "_Said | Missing":
-        left = min(self._longest, self._end - self._clock())
+        said = self._ended(name, place, command, self._longest)
+        return said if isinstance(said, Missing) or said.code == 0 else self._missing(said)
+
+    def _ended(self, name: str, place: Place, command: Sequence[str], longest: float) -> "_Said | Missing":
+        left = min(longest, self._end - self._clock())
         if left < 1.0:
             return Missing("no time was left")
         self._errors.print(f"{self._end - self._clock():4.0f} s left  {name}", markup=False, highlight=False)
-        done = _done((sys.executable, *command), os.environ | place.environment, left)
-        if done is None:
-            return Missing(f"not through within {left:.0f} s")
-        said = _Said(done.stdout.decode(errors="replace"), _plain(done.stderr.decode(errors="replace")))
-        if done.returncode == 0:
-            return said
+        return _said((sys.executable, *command), os.environ | place.environment, left)
+
+    def _missing(self, said: "_Said") -> Missing:
+        if said.late is not None:
+            return Missing(f"not through within {said.late:.0f} s")
         if Unavailable.__name__ not in said.stderr:
             self._errors.print(said.stderr, markup=False, highlight=False)
-        return Missing(_last_line(said.stderr, done.returncode))
-
-
-def _done(
-    command: Sequence[str], environment: Mapping[str, str], seconds: float
-) -> subprocess.CompletedProcess[bytes] | None:
-    """A process that ended by itself; None for one that took longer, and was asked to end with all that it started."""
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-        try:
-            stdout, stderr = process.communicate(timeout=seconds)
-        except subprocess.TimeoutExpired:
-            process.terminate()
-            _await_end(process)
-            return None
-        return subprocess.CompletedProcess(command, process.returncode, stdout, stderr)
-
-
-def _await_end(process: "subprocess.Popen[bytes]", patience: float = 15.0) -> None:
-    try:
-        process.communicate(timeout=patience)
-    except subprocess.TimeoutExpired:
-        process.kill()
+        return Missing(_last_line(said.stderr, said.code))
 
 
 class _Said(Struct, frozen=True):
-    """What a process wrote."""
+    """What a process wrote, how it ended, and after how many seconds it was asked to, had it not by itself."""
 
     stdout: str
     stderr: str
+    code: int
+    late: float | None = None
+
+
+def _said(command: Sequence[str], environment: Mapping[str, str], seconds: float) -> _Said:
+    """A process that takes longer is asked to end with all that it started."""
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        late = None
+        try:
+            written = process.communicate(timeout=seconds)
+        except subprocess.TimeoutExpired:
+            late = seconds
+            process.terminate()
+            written = _await_end(process)
+        stdout, stderr = (text.decode(errors="replace") for text in written)
+        return _Said(stdout, _plain(stderr), process.wait(), late)
+
+
+def _await_end(process: "subprocess.Popen[bytes]", patience: float = 10.0) -> tuple[bytes, bytes]:
+    try:
+        return process.communicate(timeout=patience)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return b"", b""
 
 
 def _plain(text: str) -> str:

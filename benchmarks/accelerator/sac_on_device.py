@@ -26,8 +26,6 @@ class SacOnDevice:
     """Learns from all transitions in its memory, `updates_per_step` for each one observed."""
 
     def __init__(self, config: SacConfig, environment: EnvironmentConfig, *, seed: int, device: str) -> None:
-        # The networks make small constants of their own, where torch puts what says nothing else.
-        torch.set_default_device(device)
         seed_all(seed)
         self.updates = 0
         self._observed = 0
@@ -35,7 +33,10 @@ class SacOnDevice:
         self._device = torch.device(device)
         rows = config.memory // environment.num_envs
         self._memory = RandomMemory(memory_size=rows, num_envs=environment.num_envs, device=device, replacement=True)
-        self._agent = self._made_agent(environment)
+        # The features make constants of their own, where torch puts what says nothing else. Not for the updates:
+        # Adam would keep its counts on a GPU, and wait for each of them.
+        with self._device:
+            self._agent = self._made_agent(environment)
 
     def observe(self, transition: Transition) -> None:
         """Keep a step of every drone."""

@@ -52,6 +52,13 @@ def test_velocities_come_back_from_the_drones_frame(bearing, x, y) -> None:
     assert back.numpy() == pytest.approx(vector.numpy(), abs=1e-5)
 
 
+def test_a_turn_stays_on_its_device() -> None:
+    # `meta` computes nothing, and like a GPU it refuses what is on the CPU.
+    vectors, bearing = torch.zeros(2, 3, device="meta"), torch.zeros(2, 2, device="meta")
+    assert to_world_frame(vectors, bearing).is_meta
+    assert to_drone_frames(bearing).is_meta
+
+
 def test_towards_the_drone_is_x() -> None:
     north = torch.tensor([[0.0, 1.0]])
     assert to_drone_frame(torch.tensor([[0.0, 2.0, 5.0]]), north).tolist() == [[2.0, 0.0, 5.0]]

@@ -70,3 +70,26 @@ def test_a_process_that_takes_too_long_is_ended(jobs_of):
 
 def test_nothing_is_begun_once_the_time_is_up(jobs_of):
     assert jobs_of(FOUND, seconds=0.5).measure("learn-CPU", "learn", CPU) == Missing("no time was left")
+
+
+REPORTS = """
+import json, signal, sys, time
+report = dict(run="run", interrupted=True, steps=7, episodes=0, updates=0, seconds=1.0, steps_per_second=7.0, stages={},
+              late_replies=0, retries=0, restarts={}, recycled={}, evaluation=None)
+def stopped(*_):
+    print(json.dumps(report))
+    sys.exit(130)
+signal.signal(signal.SIGTERM, stopped)
+"""
+
+
+def test_a_training_that_takes_too_long_tells_what_it_came_to(jobs_of):
+    report = jobs_of(f"{REPORTS}time.sleep(60)").train("loop-CPU", CPU, "", longest=3.0)
+    assert not isinstance(report, Missing)
+    assert report.steps == 7
+
+
+def test_a_training_that_came_to_nothing_in_its_time_is_missing(jobs_of):
+    assert jobs_of("import time; time.sleep(60)").train("loop-CPU", CPU, "", longest=1.0) == Missing(
+        "not through within 1 s"
+    )
