@@ -10,7 +10,6 @@ from typing import Any, TypeAlias
 from agent.looking import Looking
 from protocol.errors import CallFailed
 
-
 Begin: TypeAlias = Callable[[int], Looking]
 """Takes off the episode of a number and starts its first picture."""
 
