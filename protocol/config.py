@@ -71,10 +71,16 @@ class SupervisionConfig(_Section, frozen=True):
 
 
 class RenderConfig(_Section, frozen=True):
-    """Render workers: `threads` are the rasteriser's (llvmpipe), 0 for the calling thread alone."""
+    """Render workers.
+
+    Attributes:
+        threads: the rasteriser's (llvmpipe), 0 for the calling thread alone.
+        prefetch: requests in hand at once, so that a new scene is prepared while another is drawn.
+    """
 
     workers: Count = 1
     threads: CountOrNone = 0
+    prefetch: Count = 2
     bodies: str | None = None
 
 

@@ -95,6 +95,7 @@ def run(
             role=Role.RENDER,
             bind=bind,
             capabilities=capabilities,
+            concurrency=config.render.prefetch,
             timeouts=Timeouts.from_config(config.timeouts),
             membership=membership,
             failpoint=failpoint,

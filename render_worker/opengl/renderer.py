@@ -1,11 +1,13 @@
 """A renderer that answers requests: it keeps what doesn't change between the frames of a scene.
 
 What a scene needs (the posed and clothed bodies, their textures, their shadow) is uploaded once and kept for the scenes
-used last; that saves time and changes no byte.
+used last; that saves time and changes no byte. Most of what a new scene takes is no work of OpenGL's, and is done while
+another thread draws.
 """
 
 import importlib.resources
 import os
+import threading
 import time
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -17,11 +19,14 @@ from protocol.errors import Unavailable
 from protocol.frame import Frame
 from protocol.messages import Render
 from protocol.region import Region
+from protocol.scene import Scene
 from render_worker.assets import Assets
 from render_worker.opengl.drawing import Drawing, View
 from render_worker.opengl.finish import finish_function
 from render_worker.opengl.nearest import nearest_surface
 from render_worker.opengl.picture import read_colours, read_depth
+from render_worker.opengl.prepared import prepare
+from render_worker.opengl.scene_cache import SceneCache
 from render_worker.opengl.staging import Programs, Staged, Staging
 from render_worker.stereo_noise import measure_part, noise_seed, seen_around
 from render_worker.surroundings import is_hall, require_names
@@ -35,7 +40,7 @@ _SIZES_KEPT = 4
 
 
 class OpenGlRenderer:
-    """Draws scenes with OpenGL 3.3.
+    """Draws scenes with OpenGL 3.3; may be called by several threads at once, of which one draws at a time.
 
     Args:
         assets: the baked bodies.
@@ -47,15 +52,18 @@ class OpenGlRenderer:
     """
 
     def __init__(self, assets: Assets, *, threads: int = 0, scenes_kept: int = 16) -> None:
+        self._assets = assets
+        # A context belongs to one thread at a time.
+        self._drawing_now = threading.Lock()
         self._context = _open_context(threads)
         self._finish = finish_function()
         programs = _compile(self._context)
         self._drawing = Drawing(self._context, programs)
-        staging = Staging(self._context, programs, assets)
+        self._staging = Staging(self._context, programs, assets)
         # What drops out of a cache is given back to OpenGL by the context's own collection.
-        self._grounds = lru_cache(_SURROUNDINGS_KEPT)(staging.ground)
-        self._backdrops = lru_cache(_SURROUNDINGS_KEPT)(staging.backdrops)
-        self._staged = lru_cache(scenes_kept)(lambda scene: staging.scene(scene, self._grounds(scene.ground).extent))
+        self._grounds = lru_cache(_SURROUNDINGS_KEPT)(self._staging.ground)
+        self._backdrops = lru_cache(_SURROUNDINGS_KEPT)(self._staging.backdrops)
+        self._scenes = SceneCache(scenes_kept)
         self._targets = lru_cache(_SIZES_KEPT)(self._target)
 
     @property
@@ -69,16 +77,13 @@ class OpenGlRenderer:
         scene, camera = request.scene, request.camera
         require_names(scene.ground, scene.background)
         region = request.region or Region.seen_by(camera.intrinsics)
+        staged = self._staged(scene)
+        drawn = _needed(region, request, staged)
         # OpenGL draws into the thread's current context, which may be another renderer's.
-        with self._context:
-            staged, ground, backdrops = (
-                self._staged(scene),
-                self._grounds(scene.ground),
-                self._backdrops(scene.background),
-            )
-            drawn = _needed(region, request, staged)
+        with self._drawing_now, self._context:
             target = self._targets((camera.intrinsics.width, camera.intrinsics.height))
-            self._drawing.draw(View.of(target, camera, drawn), staged, ground, backdrops)
+            view, ground = View.of(target, camera, drawn), self._grounds(scene.ground)
+            self._drawing.draw(view, staged, ground, self._backdrops(scene.background))
             self._finish()
             rgb, depth = read_colours(target, region), read_depth(target, drawn)
             self._context.gc()
@@ -95,9 +100,22 @@ class OpenGlRenderer:
 
     def close(self) -> None:
         """Give back the context and everything in it."""
-        for cache in (self._staged, self._grounds, self._backdrops, self._targets):
+        self._scenes.clear()
+        for cache in (self._grounds, self._backdrops, self._targets):
             cache.cache_clear()
         self._context.release()
+
+    def _staged(self, scene: Scene) -> Staged:
+        """The scene as OpenGL has it, prepared first where it is a new one."""
+        with self._drawing_now, self._context:
+            staged, extent = self._scenes.get(scene), self._grounds(scene.ground).extent
+        if staged is not None:
+            return staged
+        prepared = prepare(self._assets, scene, extent)
+        with self._drawing_now, self._context:
+            staged = self._staging.scene(prepared)
+            self._scenes.put(scene, staged)
+        return staged
 
     def _target(self, size: tuple[int, int]) -> "Framebuffer":
         return self._context.framebuffer([self._context.renderbuffer(size, 4)], self._context.depth_renderbuffer(size))

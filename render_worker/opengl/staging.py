@@ -3,16 +3,14 @@
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from protocol.arrays import AnyArray, Float32Array, Float64Array, UInt8Array
-from protocol.scene import Scene
 from render_worker.arrays import IndexArray
 from render_worker.assets import Assets
-from render_worker.light import Light, light_of
+from render_worker.light import Light
 from render_worker.opengl.outline import Outline
 from render_worker.opengl.picture import uniform
-from render_worker.opengl.shadowed import shadowed_ground
-from render_worker.person import Person, dress
-from render_worker.placing import place_joints, place_person
-from render_worker.surroundings import ground_bands, ground_patch, is_hall, make_ground, make_shells
+from render_worker.opengl.prepared import PreparedScene
+from render_worker.person import Person
+from render_worker.surroundings import make_ground, make_shells
 
 if TYPE_CHECKING:
     from moderngl import Buffer, Context, Texture, TextureArray, VertexArray
@@ -87,24 +85,19 @@ class Staging:
         self._programs = programs
         self._assets = assets
 
-    def scene(self, scene: Scene, extent: float) -> Staged:
-        """What belongs to this scene alone; `extent` is its ground's."""
-        light, hall = light_of(scene), is_hall(scene.background)
-        figures = (scene.person, *scene.bystanders)
-        dressed = [dress(self._assets, figure) for figure in figures]
-        placed = [place_person(person, figure) for person, figure in zip(dressed, figures, strict=True)]
-        people = (self._upload(placed[0]._replace(closed=placed[0].closed[::-1])), *map(self._upload, placed[1:]))
-        patch, triangles = ground_patch(light.centre, light.reach, extent)
-        around = self._buffer(patch), self._buffer(triangles)
+    def scene(self, prepared: PreparedScene) -> Staged:
+        """What belongs to this scene alone."""
+        people = tuple(map(self._upload, prepared.people))
+        around = self._buffer(prepared.patch[0]), self._buffer(prepared.patch[1])
         return Staged(
             people=people,
             patch=self._array(self._programs.ground, *around, "3f 2f", "position", "uv"),
             lit_patch=self._array(self._programs.lit_ground, *around, "3f 2f", "position", "uv"),
-            shadowed=shadowed_ground([person.corners[:, :3] for person in placed], patch[:, :3], light),
-            bands=self._shell_array(*ground_bands(light.centre, light.reach, extent, light.lit_shade, hall=hall)),
-            shadow=self._shadow(light, people),
-            light=light,
-            joints=place_joints(dressed[0].joints, scene.person),
+            shadowed=prepared.shadowed,
+            bands=self._shell_array(*prepared.bands),
+            shadow=self._shadow(prepared.light, people),
+            light=prepared.light,
+            joints=prepared.joints,
         )
 
     def ground(self, name: str) -> Ground:
