@@ -8,7 +8,7 @@ from protocol.arrays import Float32Array, Float64Array
 from protocol.scene import BodyPose
 from render_worker.assets import Assets
 from render_worker.posing import pose_bones
-from render_worker.skinning import blend, bone_transforms, move_normals, move_points, vertex_normals
+from render_worker.skinning import blend, bone_transforms, move_normals, move_points
 
 
 class Body(NamedTuple):
@@ -34,14 +34,10 @@ def pose_body(assets: Assets, identity: int, pose: BodyPose) -> Body:
     motions = blend(rig.weights, transforms)
     vertices = move_points(motions, rest)
     vertices -= _origin(vertices[assets.parts["skin"].source], heads, rig.labels)
-    normals = move_normals(motions, vertex_normals(rest, _all_triangles(assets)))
+    normals = move_normals(motions, assets.rest_normals(identity))
     return Body(vertices, normals, rig.regressor.astype(float) @ vertices.astype(float))
 
 
 def _origin(skin: Float32Array, heads: Float64Array, labels: tuple[str, ...]) -> Float32Array:
     hips = (heads[labels.index("upperleg01.L")] + heads[labels.index("upperleg01.R")]) / 2
     return np.array([hips[0], hips[1], skin[:, 2].min()], np.float32)
-
-
-def _all_triangles(assets: Assets) -> np.ndarray:
-    return np.concatenate([part.source[part.triangles] for part in assets.parts.values()])

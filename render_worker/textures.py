@@ -14,6 +14,10 @@ SIZE = 512
 """Of every texture of a person, since they are uploaded as one array; the masks have it too."""
 
 
+_GRAIN = {"denim": 0.10, "heather": 0.12}
+"""How mottled cloth is that is not of one piece."""
+
+
 def skin_texture(outfit: Outfit, masks: Mapping[str, UInt8Array]) -> UInt8Array:
     """(SIZE, SIZE, 3) skin with lips, ears, nails and brows, and the shade of a beard or of cropped hair."""
     random = np.random.default_rng(outfit.seed)
@@ -35,12 +39,14 @@ def fabric_texture(fabric: Fabric) -> UInt8Array:
     """(SIZE, SIZE, 3) seamless cloth."""
     random = np.random.default_rng(fabric.seed)
     base, accent = np.array(fabric.colour, np.float32), np.array(fabric.accent, np.float32)
-    image = base + (accent - base) * _pattern(fabric, random)[..., None]
+    pattern = _pattern(fabric, random)
+    image = base if pattern is None else base + (accent - base) * pattern[..., None]
     folds = 0.055 * shifted(seamless_noise(SIZE, 1.7, 2.2, 21), random)
     weave = 0.03 * shifted(seamless_noise(SIZE, 0.2, 1.0, 22), random)
-    grain = {"denim": 0.10, "heather": 0.12}.get(fabric.pattern, 0.0)
-    mottle = grain * shifted(seamless_noise(SIZE, 0.6, 0.5, 23), random)
-    return _to_image(image * (1 + folds + weave + mottle)[..., None])
+    shade = 1 + folds + weave
+    if (grain := _GRAIN.get(fabric.pattern)) is not None:
+        shade = shade + grain * shifted(seamless_noise(SIZE, 0.6, 0.5, 23), random)
+    return _to_image(image * shade[..., None])
 
 
 def hair_texture(hair: Hair) -> UInt8Array:
@@ -68,8 +74,8 @@ def plain_texture(colour: Colour) -> UInt8Array:
     return np.full((SIZE, SIZE, 3), colour, np.uint8)
 
 
-def _pattern(fabric: Fabric, random: np.random.Generator) -> RealArray:
-    """(SIZE, SIZE) share of the accent colour."""
+def _pattern(fabric: Fabric, random: np.random.Generator) -> RealArray | None:
+    """(SIZE, SIZE) share of the accent colour; None where there is nothing of it."""
     across = np.arange(SIZE)
     period = int(random.choice([32, 64, 128]))
     band = ((across % period) < period * random.uniform(0.25, 0.5)).astype(np.float32)
@@ -80,7 +86,7 @@ def _pattern(fabric: Fabric, random: np.random.Generator) -> RealArray:
     if fabric.pattern == "dots":
         offset = across % 32 - 15.5
         return (np.hypot(offset[:, None], offset[None]) < random.uniform(4, 9)).astype(np.float32)
-    return np.zeros((SIZE, SIZE), np.float32)
+    return None
 
 
 def _strength(mask: UInt8Array) -> RealArray:
@@ -94,4 +100,4 @@ def _paint(image: RealArray, colour: RealArray, strength: RealArray) -> None:
 
 
 def _to_image(values: RealArray) -> UInt8Array:
-    return np.clip(values, 0, 255).astype(np.uint8)
+    return np.clip(values, 0, 255, out=values).astype(np.uint8)

@@ -107,10 +107,12 @@ class OpenGlRenderer:
 
     def _staged(self, scene: Scene) -> Staged:
         """The scene as OpenGL has it, prepared first where it is a new one."""
-        with self._drawing_now, self._context:
-            staged, extent = self._scenes.get(scene), self._grounds(scene.ground).extent
+        with self._drawing_now:
+            staged = self._scenes.get(scene)
         if staged is not None:
             return staged
+        with self._drawing_now, self._context:
+            extent = self._grounds(scene.ground).extent
         prepared = prepare(self._assets, scene, extent)
         with self._drawing_now, self._context:
             staged = self._staging.scene(prepared)
