@@ -10,7 +10,7 @@ import pytest
 from orchestrator.chaos.crew import MARK
 
 ROOMS = Path(__file__).parent / "rooms"
-SHORT = "[training]\nsteps = 400\nprefill = 0\n"
+SHORT = "[training]\nsteps = 400\nprefill = 0\n[environment]\nnum_envs = 4\n"
 PATIENCE = 200.0
 
 pytestmark = pytest.mark.slow
