@@ -83,12 +83,11 @@ def compared(renderer: Renderer, requests: Iterable[Render]) -> list[Pair]:
 
 
 def _pair(renderer: Renderer, request: Render) -> Pair:
-    assert request.region is not None
     whole_request = replace(request, region=None)
     renderer.render(whole_request)
     whole, whole_seconds = _timed(renderer, whole_request)
     part, part_seconds = _timed(renderer, request)
-    cut = whole.part(request.region)
+    cut = whole.part(request.region or whole.area)
     same_bytes = cut.rgb.tobytes() == part.rgb.tobytes() and cut.depth.tobytes() == part.depth.tobytes()
     same_bytes = same_bytes and part.region == request.region
     return Pair(same_bytes, _truth(whole) == _truth(part), whole_seconds, part_seconds)

@@ -11,6 +11,7 @@ import statistics
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any, Protocol
 
 import msgspec
 import numpy as np
@@ -78,8 +79,27 @@ def _updates_alone(config: RunConfig, updates: int = 60) -> list[float]:
     envs = config.environment.num_envs
     sac = replace(config.learner.sac, updates_per_step=1 / envs)
     learner = make_learner(LearnerConfig(algorithm="sac", sac=sac), config.environment, seed=0)
+    return measured_updates(learner, sac.batch, envs, updates)
+
+
+class Updating(Protocol):
+    """What is timed of a learner."""
+
+    updates: int
+
+    def observe(self, transition: Transition) -> None:
+        """Take in a step."""
+        ...
+
+    def learn(self) -> Any:
+        """Make the updates that are due."""
+        ...
+
+
+def measured_updates(learner: Updating, batch: int, envs: int, updates: int) -> list[float]:
+    """Seconds of single updates, on a memory of random transitions."""
     rng = np.random.default_rng(0)
-    for _ in range(sac.batch // envs):
+    for _ in range(batch // envs):
         learner.observe(random_transition(rng, envs))
     seconds: list[float] = []
     while len(seconds) < updates:

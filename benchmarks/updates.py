@@ -27,6 +27,7 @@ from agent.learner import Learner, Transition, make_learner
 from agent.spaces import ACTION_SIZE, OBSERVATION_SIZE
 from benchmarks.machine import machine_kind
 from protocol.config import EnvironmentConfig, LearnerConfig
+from protocol.errors import InvalidInput
 
 PARTS = {"update": "a gradient update", "observe": "a step of all drones, put in memory", "act": "velocities, chosen"}
 _HERE = Path(__file__).parent.parent
@@ -97,8 +98,8 @@ class Learning:
 
     def _turn(self, steps: int) -> dict[str, list[float]]:
         requests, answers = self._process.stdin, self._process.stdout
-        assert requests is not None
-        assert answers is not None
+        if requests is None or answers is None:
+            raise InvalidInput("the process that learns was started without pipes")
         requests.write(f"{steps}\n")
         requests.flush()
         return json.loads(answers.readline())

@@ -1,6 +1,5 @@
 """Gradient updates of SAC, the room's own or the same on a GPU; a process of `benchmarks.accelerator`."""
 
-import time
 from collections.abc import Sequence
 from typing import Any, Protocol
 
@@ -8,25 +7,15 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from agent.learner import Transition, make_learner
+from agent.learner import make_learner
 from benchmarks.accelerator.measured import Measured, hand_over, options_of, save_arrays
-from benchmarks.stages_alone import random_transition
+from benchmarks.stages_alone import Updating, measured_updates
 from protocol.config import LearnerConfig, RunConfig, SacConfig
 from protocol.errors import Unavailable
 
 
-class Learner(Protocol):
+class Learner(Updating, Protocol):
     """What is measured of a learner."""
-
-    updates: int
-
-    def observe(self, transition: Transition) -> None:
-        """Take in a step."""
-        ...
-
-    def learn(self) -> Any:
-        """Make the updates that are due."""
-        ...
 
     def weights(self) -> dict[str, NDArray[Any]]:
         """The parameters of all its networks, by name."""
@@ -49,21 +38,6 @@ def learner_on(device: str, config: SacConfig) -> Learner:
     from benchmarks.accelerator.sac_on_device import SacOnDevice
 
     return SacOnDevice(config, environment, seed=0, device=device)
-
-
-def measured_updates(learner: Learner, batch: int, envs: int, updates: int) -> list[float]:
-    """Seconds of single updates, on a memory of random transitions."""
-    rng = np.random.default_rng(0)
-    for _ in range(batch // envs):
-        learner.observe(random_transition(rng, envs))
-    seconds: list[float] = []
-    while learner.updates < updates:
-        learner.observe(random_transition(rng, envs))
-        before, begun = learner.updates, time.perf_counter()
-        learner.learn()
-        if learner.updates == before + 1:
-            seconds.append(time.perf_counter() - begun)
-    return seconds
 
 
 def _name_of(device: str) -> str:

@@ -14,8 +14,8 @@ from protocol.config import RunConfig
 from protocol.frame import Frame
 from protocol.messages import Render
 from protocol.scene import Scene
+from render_worker.assets import assets_path, load_assets
 from render_worker.opengl import OpenGlRenderer
-from render_worker.renderer import open_renderer
 from render_worker.scenes import sample_scene
 
 SOFTWARE = ("llvmpipe", "softpipe", "swrast")
@@ -49,8 +49,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Measure and hand over."""
     options = options_of(arguments, __doc__)
     cv2.setNumThreads(1)
-    with closing(open_renderer(RunConfig().render)) as renderer:
-        assert isinstance(renderer, OpenGlRenderer)
+    config = RunConfig().render
+    with closing(OpenGlRenderer(load_assets(assets_path(config.bodies)), threads=config.threads)) as renderer:
         # Asked before anything is drawn: afterwards the thread has no current context that could tell.
         device = renderer.device
         first, found = rendered(renderer, options.count)

@@ -3,8 +3,8 @@ import pytest
 from msgspec.structs import replace
 
 from agent.learner import make_learner
-from benchmarks.accelerator.learn import measured_updates
 from benchmarks.accelerator.sac_on_device import SacOnDevice
+from benchmarks.stages_alone import measured_updates
 from protocol.config import EnvironmentConfig, LearnerConfig, SacConfig
 
 ENVIRONMENT = EnvironmentConfig(num_envs=4)
