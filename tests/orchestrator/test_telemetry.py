@@ -122,12 +122,13 @@ def test_with_one_the_display_is_shown_the_same_and_monitors_are_answered():
 
 
 @pytest.mark.slow
-def test_a_host_is_ready_as_soon_as_it_serves_and_tells_who_is_there():
+def test_a_host_is_ready_as_soon_as_it_serves_and_tells_who_is_there(wait_until):
     display, at, bind = Shown(), free_endpoint(), f"tcp://127.0.0.1:{free_port()}"
     with host_telemetry(at, bind, display) as watch, monitoring(at) as monitor:
         assert monitor.waits_on() == {"start"}
         with serve_registry(Registry(5.0), bind, Timeouts(), watch.registry):
-            assert monitor.is_ready()
+            # Its address is bound a moment before it serves.
+            wait_until(monitor.is_ready)
             watch.display.show(snapshot(RENDER, PERCEPTION))
             assert monitor.metric("vantage_processes", role="render", at_work="true") == 1
             assert monitor.metric("vantage_processes", role="agent", at_work="true") == 0
