@@ -28,7 +28,7 @@ DEFAULT_SIZE = 240, 320
 """Rows and columns of a whole frame where the configuration names none and the network takes any."""
 
 DEFAULT_SEARCH = 320, 424
-"""Likewise, of whoever looks at a whole frame only to find the person in it."""
+"""Likewise, of whoever looks at a whole frame only to find the person in it, and did not at `DEFAULT_SIZE`."""
 
 DEFAULT_REGION = 176, 128
 """Likewise, of the region around a person, who is taller than wide (docs/decisions/0210)."""
@@ -79,9 +79,22 @@ def open_look(config: PerceptionConfig) -> Look:
     whole = open_network(config)
     if config.look == "whole":
         return WholeLook(whole)
-    size = region_size(config)
-    closer = whole if size is None else open_network(replace(config, rows=size[0], columns=size[1]))
-    return TrackingLook(whole, closer)
+    quick, region = quick_search_size(config), region_size(config)
+    closer = whole if region is None else _open_network_at(region, config)
+    return TrackingLook([whole] if quick is None else [_open_network_at(quick, config), whole], closer)
+
+
+def _open_network_at(size: tuple[int, int], config: PerceptionConfig) -> Network:
+    return open_network(replace(config, rows=size[0], columns=size[1]))
+
+
+def quick_search_size(config: PerceptionConfig) -> tuple[int, int] | None:
+    """Rows and columns at which whoever tracks first looks for a person in a whole frame.
+
+    None where that is `input_size` already: where the configuration or the network names it.
+    """
+    named = config.rows is not None or config.columns is not None or input_size(config) != DEFAULT_SEARCH
+    return None if named else DEFAULT_SIZE
 
 
 def region_size(config: PerceptionConfig) -> tuple[int, int] | None:

@@ -97,7 +97,8 @@ class PerceptionConfig(_Section, frozen=True):
         backend: what runs it; `auto` is OpenVINO where there is no GPU, ONNX Runtime elsewhere.
         precision: OpenVINO's; left to itself it would pick by the CPU, and the heatmaps would change.
         rows, columns: the network's input size for whole frames, multiples of 8; left out, a file's or a network's own,
-            and where it has none 240×320, or 320×424 with `track`. A network of one size takes no other.
+            and where it has none 240×320; with `track`, then 320×424 as well, for who was not found at the former. A
+            network of one size takes no other.
         look: what of a frame the network is shown: all of it (`whole`), or the part where the request's filter expects
             the person (`track`); `auto` is the profile's.
         region_rows, region_columns: the network's input size for that part; left out, a file's or a network's own, and

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from perception_worker.backend import DEFAULT_SIZE, input_size, peak_threshold, region_size
+from perception_worker.backend import DEFAULT_SIZE, input_size, peak_threshold, quick_search_size, region_size
 from perception_worker.engine import Engine
 from perception_worker.layout import find_layout
 from perception_worker.look import Look, TrackingLook, WholeLook
@@ -33,7 +33,9 @@ def open_on(name: str, config: PerceptionConfig) -> Opened:
     if config.look == "whole":
         return Opened(WholeLook(whole.network), whole.device, whole.on_gpu)
     closer = _open_network(name, region_size(config) or DEFAULT_SIZE, config)
-    return Opened(TrackingLook(whole.network, closer.network), whole.device, whole.on_gpu)
+    quick = quick_search_size(config)
+    searching = [_open_network(name, quick, config).network] if quick else []
+    return Opened(TrackingLook([*searching, whole.network], closer.network), whole.device, whole.on_gpu)
 
 
 class _OpenedNetwork(NamedTuple):

@@ -4,6 +4,7 @@ What is looked at follows from the request alone, from its camera and its filter
 run looks at the same part and gives the same bytes.
 """
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -14,8 +15,12 @@ from perception_worker.look.region import around_person, at_inner_edge
 from perception_worker.look.sight import Sight, look_at
 from perception_worker.network import Network
 from perception_worker.stopwatch import Stopwatch
+from protocol.frame import Frame
 from protocol.observation import FilterState
 from protocol.skeleton import JOINT_COUNT
+
+_ENOUGH_JOINTS = 6
+"""Joints of somebody who is found in a frame that is seen small; for fewer it is seen larger."""
 
 
 class Look(Protocol):
@@ -46,15 +51,16 @@ class TrackingLook:
     """Looks where the filter expects the person, and takes the skeleton that is theirs.
 
     The whole frame is looked at where the filter knows nobody, where the region would be most of the frame, and where
-    too few joints are found in it or one at its edge. Whoever is found in it is looked at again closer.
+    too few joints are found in it or one at its edge. Whoever is found in it is looked at again closer; where too few
+    joints are found that way, the next network searches.
 
     Args:
-        whole: the network for whole frames.
+        searching: the networks for whole frames, one or more, the one that sees them smallest first.
         closer: the network for regions.
     """
 
-    def __init__(self, whole: Network, closer: Network) -> None:
-        self._whole = whole
+    def __init__(self, searching: Sequence[Network], closer: Network) -> None:
+        self._searching = searching
         self._closer = closer
         rows, columns = closer.input_size
         self._aspect = columns / rows
@@ -76,12 +82,22 @@ class TrackingLook:
         return sight
 
     def _search(self, pictures: Pictures, expectation: Expectation | None, watch: Stopwatch) -> Sight:
-        """What is in the whole frame, seen closer."""
+        """What is in the whole frame, seen closer, by as many networks as it takes."""
         frame = pictures.part(pictures.area)
-        sight = look_at(frame, pictures.area, self._whole, watch, expectation)
+        first, *others = self._searching
+        best = self._search_with(first, frame, expectation, watch)
+        for network in others:
+            if best.found >= _ENOUGH_JOINTS:
+                break
+            sight = self._search_with(network, frame, expectation, watch)
+            best = max(sight, best, key=lambda one: one.found)
+        return best
+
+    def _search_with(self, network: Network, frame: Frame, expectation: Expectation | None, watch: Stopwatch) -> Sight:
+        sight = look_at(frame, frame.area, network, watch, expectation)
         if sight.found < LEAST_JOINTS:
             return sight
-        region = around_person(sight.keypoints, pictures.area, self._aspect, reach=_reach_of_missing(sight))
+        region = around_person(sight.keypoints, frame.area, self._aspect, reach=_reach_of_missing(sight))
         if region is None:
             return sight
         closer = look_at(frame, region, self._closer, watch, expected_at(sight.keypoints, sight.cell))

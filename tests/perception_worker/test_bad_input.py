@@ -50,7 +50,7 @@ def network_of(engine):
 
 
 def perceive(network, frame, *, tracks=False, **settings):
-    looks = TrackingLook(network, network) if tracks else WholeLook(network)
+    looks = TrackingLook([network], network) if tracks else WholeLook(network)
     return Perceiver(looks, PerceptionConfig(**settings)).perceive(frame, FilterState.initial((1.0, 2.0, 3.0)))
 
 

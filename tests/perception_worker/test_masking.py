@@ -111,7 +111,7 @@ class TestPerceiver:
     def test_finds_others_in_the_region_that_it_looks_at_closer(self, frame):
         near = person(26, 14, without=[Joint.NOSE], scale=0.8)
         network = DrawnNetwork(person(14, 14, scale=0.8), near)
-        perceiver = Perceiver(TrackingLook(network, network), PerceptionConfig())
+        perceiver = Perceiver(TrackingLook([network], network), PerceptionConfig())
         observation = perceiver.perceive(frame(np.zeros((480, 640, 3), np.uint8)), FilterState.initial())
         assert (observation.mass > 0.9).all()
 

@@ -40,7 +40,7 @@ class Watched:
         return self._pictures.part(region)
 
     def look(self, state):
-        return TrackingLook(self.whole, self.closer).look(self, state, Stopwatch(time.perf_counter))
+        return TrackingLook([self.whole], self.closer).look(self, state, Stopwatch(time.perf_counter))
 
 
 def away(sight, joints, taken_by=CAMERA):
@@ -139,10 +139,46 @@ class TestWhoIsNotKnown:
     def test_a_closer_look_that_loses_the_person_is_not_believed(self):
         watched = Watched(body())
         blind = Onlooker((192, 192), CAMERA)
-        sight = TrackingLook(watched.whole, blind).look(watched, NOBODY_KNOWN, Stopwatch(time.perf_counter))
+        sight = TrackingLook([watched.whole], blind).look(watched, NOBODY_KNOWN, Stopwatch(time.perf_counter))
         assert len(blind.shown) == 1
         assert sight.region == WHOLE
         assert sight.found == 18
+
+
+class TestSearch:
+    """By two networks, of which the second sees the picture larger."""
+
+    def search(self, small, large, *, larger_closer=None):
+        watched = Watched(*large)
+        quick, closer = Onlooker((120, 160), CAMERA, *small), larger_closer or watched.closer
+        sight = TrackingLook([quick, watched.whole], closer).look(watched, NOBODY_KNOWN, Stopwatch(time.perf_counter))
+        assert watched.fetched == quick.shown == [WHOLE]
+        return sight, watched
+
+    def test_ends_with_the_first_network_that_finds_enough_of_somebody(self):
+        sight, watched = self.search([body()], [body()])
+        assert not watched.whole.shown
+        assert watched.closer.shown == [sight.region]
+        assert sight.found == 18
+
+    def test_goes_on_with_the_next_one_where_nobody_was_found(self):
+        sight, watched = self.search([], [body()])
+        assert watched.whole.shown == [WHOLE]
+        assert watched.closer.shown == [sight.region]
+        assert away(sight, body()).max() < 4
+
+    def test_goes_on_where_too_few_joints_were_found_also_closer(self):
+        few = np.where(np.arange(18)[:, None] < 4, body(), np.nan)
+        blind = Onlooker((192, 192), CAMERA)
+        sight, watched = self.search([few], [body()], larger_closer=blind)
+        assert watched.whole.shown == [WHOLE]
+        assert sight.found == 18
+
+    def test_keeps_what_the_quicker_one_has_found_where_the_other_finds_less(self):
+        few = np.where(np.arange(18)[:, None] < 4, body(), np.nan)
+        sight, watched = self.search([few], [], larger_closer=Onlooker((192, 192), CAMERA))
+        assert watched.whole.shown == [WHOLE]
+        assert sight.found == 4
 
 
 class TestWholeLook:
@@ -157,7 +193,7 @@ class TestWholeLook:
 class TestPerceiver:
     def perceive(self, state, **options):
         watched = Watched(body())
-        perceiver = Perceiver(TrackingLook(watched.whole, watched.closer), PerceptionConfig())
+        perceiver = Perceiver(TrackingLook([watched.whole], watched.closer), PerceptionConfig())
         return perceiver.observe(watched, state, **options)
 
     def test_speaks_of_the_whole_picture_s_pixels(self):
