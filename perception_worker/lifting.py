@@ -24,6 +24,9 @@ NEAR_QUANTILE = 0.25
 SURFACE_DEPTH = 0.3
 """Metres. What is this much nearer or farther belongs to another surface."""
 
+BODY_REACH = 1.5
+"""Metres from the middle of a body to its farthest joint: arms raised, it is 1.43 at most in the people we draw."""
+
 _REACH = 3
 _OFFSETS = np.arange(-_REACH, _REACH + 1)
 
@@ -117,6 +120,21 @@ def lift(windows: Windows, keypoints: Float64Array, camera: Camera, lifting: Lif
     Source: seed, section 3.2.
     """
     return back_project(keypoints, LIFTINGS[lifting](windows), camera)
+
+
+def within_reach(points: Float64Array) -> Float64Array:
+    """(n, 3) one person's points, NaN where one is too far from the middle of the others to be of the same body.
+
+    A keypoint at the edge of a limb may have the depth of the wall behind it.
+
+    Args:
+        points: (n, 3) metres, NaN where a joint is not located.
+    """
+    located = np.isfinite(points).all(axis=1)
+    if not located.any():
+        return points
+    away = np.linalg.norm(points - np.median(points[located], axis=0), axis=1)
+    return np.where((away <= BODY_REACH)[:, None], points, np.nan)
 
 
 def windows_around(depth: AnyArray, keypoints: Float64Array) -> Windows:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from perception_worker import kalman
 from perception_worker.calibration import Calibrated, Calibration
-from perception_worker.lifting import Windows, lift, windows_around
+from perception_worker.lifting import Windows, lift, windows_around, within_reach
 from perception_worker.look import HeldPictures, Look, Pictures, Sight
 from perception_worker.qoe import Quality, distance_quality, heatmap_cells, nearest_cells, quality_of_estimation
 from perception_worker.stopwatch import Clock, Stopwatch
@@ -36,6 +36,7 @@ class Perceiver:
         config = settled(config, profile)
         self._look = look
         self._lifting: Lifting = cast("Lifting", config.lifting)
+        self._believes_all = config.look == "whole"
         self._calibration = calibration
         self._masks_others = config.mask == "skeleton"
         self._clock = clock
@@ -73,7 +74,7 @@ class Perceiver:
         frame = sight.frame
         with watch.stage("lift"):
             windows = windows_around(frame.depth, frame.area.inside(sight.keypoints))
-            points = lift(windows, sight.keypoints, frame.camera, self._lifting)
+            points = self._lift(windows, sight, self._lifting)
         with watch.stage("qoe"):
             others = nearest_cells(sight.others, sight.output.heatmaps.shape[1:]) if self._masks_others else None
             quality = quality_of_estimation(sight.output.heatmaps, _cells(sight), points, others=others)
@@ -96,8 +97,12 @@ class Perceiver:
             spread=windows.spread,
             expected_error=calibrated and calibrated.expected_error,
             radius=calibrated and calibrated.radius,
-            readings={one: _read(one, windows, sight, quality, frame.camera) for one in liftings},
+            readings={one: _read(self._lift(windows, sight, one), quality) for one in liftings},
         )
+
+    def _lift(self, windows: Windows, sight: Sight, lifting: Lifting) -> Float64Array:
+        points = lift(windows, sight.keypoints, sight.frame.camera, lifting)
+        return points if self._believes_all else within_reach(points)
 
     def _calibrate(self, points: Float64Array, quality: Quality, windows: Windows, camera: Camera) -> Calibrated | None:
         return self._calibration and self._calibration.calibrate(
@@ -110,8 +115,7 @@ class Perceiver:
         )
 
 
-def _read(lifting: Lifting, windows: Windows, sight: Sight, quality: Quality, camera: Camera) -> Reading:
-    points = lift(windows, sight.keypoints, camera, lifting)
+def _read(points: Float64Array, quality: Quality) -> Reading:
     distance = distance_quality(points)
     return Reading(points=points, distance=distance, quality=(quality.mass + quality.height + distance) / 3)
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from perception_worker.lifting import BODY_REACH
 from perception_worker.look.region import around_person
 from perception_worker.network import People
 from protocol.arrays import Float64Array
@@ -16,9 +17,6 @@ LEAST_JOINTS = 3
 
 _MOST_DEVIATION = 1.0
 """Metres. Of a joint that is less sure than that, the filter knows no more than before it saw it."""
-
-_BODY_REACH = 1.4
-"""Metres from the middle of a body to the farthest joint; a joint that the filter has beyond was seen wrong."""
 
 _NEAREST = 0.2
 """Metres in front of the camera, from which on a joint has a place in the picture."""
@@ -84,7 +82,8 @@ def expected_by(state: FilterState, camera: Camera) -> Expectation | None:
     if known.sum() < LEAST_JOINTS:
         return None
     middle = np.median(state.mean[known], axis=0)
-    known &= np.linalg.norm(state.mean - middle, axis=1) <= _BODY_REACH
+    # A joint that the filter has beyond was seen wrong.
+    known &= np.linalg.norm(state.mean - middle, axis=1) <= BODY_REACH
     if known.sum() < LEAST_JOINTS:
         return None
     placed = project(state.mean, camera)

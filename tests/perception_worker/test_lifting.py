@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from perception_worker.lifting import LIFTINGS, lift, patch_depth, windows_around
+from perception_worker.lifting import LIFTINGS, lift, patch_depth, windows_around, within_reach
 from protocol.camera import Camera, CameraPose, Intrinsics, project
 
 LEVEL = Camera(
@@ -149,3 +149,26 @@ class TestChoices:
         assert windows_of(0.3, 2.0, 7.5, 99.0).spread == [5.5]
         assert windows_of(2.0).spread == [0.0]
         assert np.isnan(windows_of().spread).all()
+
+
+class TestReach:
+    BODY = np.array([[4.0, 0.0, 1.6], [4.0, 0.2, 1.2], [4.0, -0.2, 0.8], [4.0, 0.0, 0.1]])
+
+    def test_of_a_body_holds_all_of_it(self):
+        assert (within_reach(self.BODY) == self.BODY).all()
+
+    def test_leaves_out_what_is_behind(self):
+        # The middle is (4, 0, 1): the median of the heights 0.1, 0.8, 1.2, 1.6 and 1.0.
+        points = np.vstack([self.BODY, [[5.6, 0.0, 1.0]]])
+        assert np.isnan(within_reach(points)[-1]).all()
+        assert (within_reach(points)[:-1] == self.BODY).all()
+
+    @given(st.floats(0.0, 3.0))
+    def test_ends_a_metre_and_a_half_from_the_middle(self, away):
+        points = np.vstack([self.BODY, self.BODY, [[4.0 + away, 0.0, 1.0]]])
+        assert np.isfinite(within_reach(points)[-1]).all() == (away <= 1.5)
+
+    def test_is_asked_of_located_joints_alone(self):
+        points = np.vstack([np.full((14, 3), np.nan), self.BODY])
+        assert within_reach(points) == pytest.approx(points, nan_ok=True)
+        assert np.isnan(within_reach(np.full((18, 3), np.nan))).all()

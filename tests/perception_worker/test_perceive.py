@@ -17,7 +17,7 @@ STANDING = person(20, 14)
 
 
 def perceive(network, frame, *, filter_state=None, **options):
-    perceiver = Perceiver(WholeLook(network), PerceptionConfig())
+    perceiver = Perceiver(WholeLook(network), PerceptionConfig(look="whole"))
     return perceiver.perceive(frame, filter_state or FilterState.initial(), **options)
 
 

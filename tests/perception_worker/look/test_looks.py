@@ -209,6 +209,19 @@ class TestPerceiver:
         assert observation.mass == pytest.approx(np.ones(18), abs=0.01)
         assert (observation.height > 0.4).all()
 
+    @pytest.mark.parametrize("look", ["whole", "track"])
+    def test_does_not_believe_a_joint_on_the_wall_of_whom_it_tracks(self, look):
+        x, y = np.rint(project(body(), CAMERA)[Joint.RIGHT_WRIST, :2]).astype(int)
+        depth = PICTURE.depth.copy()
+        depth[y - 9 : y + 10, x - 9 : x + 10] = 6.0
+        watched = Watched(body(), picture=replace(PICTURE, depth=depth))
+        ways = {"whole": WholeLook(watched.whole), "track": TrackingLook([watched.whole], watched.closer)}
+        observation = Perceiver(ways[look], PerceptionConfig(look=look)).observe(watched, SOMEBODY)
+        located = np.isfinite(observation.points[:, 0])
+        assert located[Joint.RIGHT_WRIST] == (look == "whole")
+        assert np.delete(located, Joint.RIGHT_WRIST).all()
+        assert np.isfinite(observation.keypoints).all()
+
     def test_goes_on_from_its_own_filter(self):
         first = self.perceive(NOBODY_KNOWN)
         second = self.perceive(first.filter, heatmaps=True)
