@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from perception_worker.engine import Engine
 from perception_worker.layout import find_layout
 from perception_worker.look import Look, TrackingLook, WholeLook
-from perception_worker.models import KNOWN, OPENPOSE_MOBILENET_THIN, require_network
+from perception_worker.models import KNOWN, OPENPOSE_MOBILENET_THIN, OPENPOSE_MOBILENET_THIN_5, require_network
 from perception_worker.network import Network
 from perception_worker.openpose_network import OpenPoseNetwork
 from perception_worker.single_person_network import (
@@ -30,7 +30,7 @@ DEFAULT_SIZE = 240, 320
 DEFAULT_SEARCH = 320, 424
 """Likewise, of whoever looks at a whole frame only to find the person in it, and did not at `DEFAULT_SIZE`."""
 
-DEFAULT_REGION = 176, 128
+DEFAULT_REGION = 176, 120
 """Likewise, of the region around a person, who is taller than wide (docs/decisions/0210)."""
 
 _OPENPOSE_THRESHOLD = 0.1
@@ -108,9 +108,9 @@ def region_size(config: PerceptionConfig) -> tuple[int, int] | None:
 
 
 def network_name(config: PerceptionConfig) -> str:
-    """What the configuration's network is called: the name that it is known by, or its file's."""
+    """What a settled configuration's network is called: the name that it is known by, or its file's."""
     if config.network is None:
-        return OPENPOSE_MOBILENET_THIN.name
+        return (OPENPOSE_MOBILENET_THIN_5 if config.look == "track" else OPENPOSE_MOBILENET_THIN).name
     return config.network if config.network in KNOWN else Path(config.network).name
 
 

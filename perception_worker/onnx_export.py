@@ -24,20 +24,24 @@ _IR_VERSION = 8
 IMAGE = "image"
 
 
-def export(graph: Sequence[Node], name: str) -> onnx.ModelProto:
+def export(graph: Sequence[Node], name: str, ends: Mapping[str, str] | None = None) -> onnx.ModelProto:
     """Translate a frozen graph that ends by concatenating heatmaps and part-affinity fields.
 
     The result takes `image` (n, 3, h, w), h and w multiples of 8, and gives `heatmaps` (n, 19, h/8, w/8) and `pafs`
     (n, 38, h/8, w/8).
 
+    Args:
+        graph: its nodes, each after the nodes that feed it.
+        name: of the network.
+        ends: the nodes that give `heatmaps` and `pafs`, where not all of the graph is wanted.
+
     Raises:
-        ArtifactDamaged: the graph holds an operation that isn't known here, or ends otherwise.
+        ArtifactDamaged: the graph holds an operation that isn't known here, ends otherwise, or has no such node.
     """
     translation = _Translation(graph)
-    outputs = translation.outputs()
-    for node in graph:
-        if node is not graph[-1]:
-            translation.add(node)
+    outputs = translation.outputs() if ends is None else ends
+    for node in graph[:-1] if ends is None else _between(graph, "", list(ends.values())):
+        translation.add(node)
     results = [_tensor_info("heatmaps", HEATMAP_CHANNELS, "h8", "w8"), _tensor_info("pafs", PAF_CHANNELS, "h8", "w8")]
     return translation.model(name, outputs, _tensor_info(IMAGE, 3, "h", "w"), results)
 

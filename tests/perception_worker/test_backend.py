@@ -171,6 +171,7 @@ class TestKnownName:
 
     def test_is_what_a_file_is_called_in_messages(self, tiny_onnx):
         assert network_name(PerceptionConfig()) == "openpose_mobilenet_thin"
+        assert network_name(PerceptionConfig(look="track")) == "openpose_mobilenet_thin_5"
         assert network_name(PerceptionConfig(network="movenet_thunder")) == "movenet_thunder"
         assert network_name(PerceptionConfig(network=str(tiny_onnx))) == "tiny.onnx"
 
@@ -209,7 +210,7 @@ class TestRealNetwork:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in KNOWN if name != "openpose_mobilenet_thin"])
+@pytest.mark.parametrize("name", [name for name in KNOWN if not name.startswith("openpose")])
 class TestOtherRealNetwork:
     @pytest.fixture(autouse=True)
     def pulled(self, name):

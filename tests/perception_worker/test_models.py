@@ -154,11 +154,12 @@ class TestCommand:
             "openpose_mobilenet_thin": "damaged",
             **dict.fromkeys([name for name in KNOWN if name != "openpose_mobilenet_thin"], "missing"),
         }
-        assert [one["name"] for one in listed if one["default"]] == ["openpose_mobilenet_thin"]
+        defaults = ["openpose_mobilenet_thin", "openpose_mobilenet_thin_5"]
+        assert [one["name"] for one in listed if one["default"]] == defaults
 
     def test_a_name_that_nobody_knows_is_answered_with_those_there_are(self, log):
         assert main(["pull", "movenet_lightnig"]) == 2
-        assert "movenet_lightnig; known are openpose_mobilenet_thin, movenet_lightning" in log.text
+        assert "movenet_lightnig; known are openpose_mobilenet_thin, openpose_mobilenet_thin_5, movenet" in log.text
 
     def test_check_names_the_command_that_pulls_another_network(self, cache, log):
         assert main(["check", "movenet_thunder"]) == 2

@@ -53,6 +53,20 @@ def test_the_exported_network_computes_what_the_graph_says(size):
     assert pafs[0].transpose(1, 2, 0) == pytest.approx(expected_pafs, rel=1e-4, abs=1e-2)
 
 
+def test_a_graph_can_be_left_before_its_end():
+    image = np.random.default_rng(3).uniform(0, 255, (16, 24, 3)).astype(np.float32)
+    ends = {"heatmaps": "heat/bias", "pafs": "paf/bias"}
+    # A stage after the ends, which nothing that is wanted comes out of.
+    graph = tiny_graph()
+    graph.node[-1].op = "FancyConcat"
+    model = export(read_graph(graph.SerializeToString()), "tiny", ends)
+    heatmaps, pafs = run(model, image.transpose(2, 0, 1)[None])
+    assert heatmaps[0].transpose(1, 2, 0) == pytest.approx(by_hand(image)[0], rel=1e-4, abs=1e-2)
+    assert pafs[0].transpose(1, 2, 0) == pytest.approx(by_hand(image)[1], rel=1e-4, abs=1e-2)
+    with pytest.raises(ArtifactDamaged, match="no node named heat/stage7"):
+        export(read_graph(graph.SerializeToString()), "tiny", ends | {"heatmaps": "heat/stage7"})
+
+
 def test_the_same_graph_gives_the_same_bytes():
     graph = read_graph(tiny_graph().SerializeToString())
     assert export(graph, "tiny").SerializeToString() == export(graph, "tiny").SerializeToString()

@@ -205,7 +205,7 @@ class TestProcess:
             with Client(addresses[1], role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENCE) as client:
                 welcome = client.wait_ready()
                 observation = client.call(OBSERVE)
-            assert welcome.capabilities["network"] == "openpose_mobilenet_thin"
+            assert welcome.capabilities["network"] == "openpose_mobilenet_thin_5"
             assert observation.keypoints[Joint.NOSE] == pytest.approx([169, 94], abs=6)
             process.send_signal(signal.SIGTERM)
             assert process.wait(30) == 0
@@ -269,7 +269,7 @@ class TestProcess:
                 process.pid,
                 {"render": [addresses[0]]},
             )
-            assert told["capabilities"]["network"] == "openpose_mobilenet_thin"
+            assert told["capabilities"]["network"] == "openpose_mobilenet_thin_5"
 
     def test_learns_of_its_render_worker_from_the_orchestrator_and_ends_with_it(
         self, addresses, photographer, tmp_path
