@@ -13,6 +13,7 @@ from torch.optim.swa_utils import get_ema_multi_avg_fn
 
 from agent.backpropagation import Backpropagation
 from agent.features import FEATURE_SIZE, to_drone_frames
+from agent.fused_adam import FusedAdam
 from agent.networks import Critic, SquashedPolicy
 from agent.spaces import ACTION_SIZE
 from agent.squashed_gaussian import SquashedGaussian, rotated
@@ -66,15 +67,15 @@ class SacUpdate:
         self._following: list[Tensor] = [parameter for critic in networks.targets for parameter in critic.parameters()]
         self._follow = get_ema_multi_avg_fn(1.0 - config.polyak)
         self._log_entropy = agent.log_entropy_coefficient
+        self._log_entropy.grad = self._entropy_gradient = torch.zeros_like(self._log_entropy)
         self.begin()
 
     def begin(self) -> None:
         """Take up the agent's entropy coefficient and its optimisers as they are now, after they were restored, say."""
         self._entropy = torch.exp(self._log_entropy.detach())
-        for optimizer in (self._agent.critic_optimizer, self._agent.policy_optimizer, self._agent.entropy_optimizer):
-            for group in optimizer.param_groups:
-                # All parameters in one pass, in C++; a state that was restored brings its own setting.
-                group["fused"] = True
+        self._critic_optimizer = FusedAdam(self._agent.critic_optimizer)
+        self._policy_optimizer = FusedAdam(self._agent.policy_optimizer)
+        self._entropy_optimizer = FusedAdam(self._agent.entropy_optimizer)
 
     @torch.no_grad()
     def __call__(self) -> list[float]:
@@ -115,7 +116,7 @@ class SacUpdate:
         errors = torch.cat([critic.forward(inputs) for critic in self._critics], dim=1) - targets
         for critic, gradient in zip(self._critics, (errors / len(errors)).split(1, dim=1), strict=True):
             critic.backward(gradient)
-        self._agent.critic_optimizer.step()
+        self._critic_optimizer.step()
         return errors.square().mean(0).mean(0, keepdim=True)
 
     def _step_policy(self, batch: _Batch, before: SquashedGaussian) -> tuple[Tensor, list[Tensor]]:
@@ -125,7 +126,7 @@ class SacUpdate:
         of_actions = rotated(self._steepest(*values), before.frames.mT)
         gradient = before.outputs_gradient(of_actions, self._entropy / len(inputs))
         self._policy.backward(gradient, rows=slice(len(inputs), None))
-        self._agent.policy_optimizer.step()
+        self._policy_optimizer.step()
         return (self._entropy * before.log_prob - torch.min(*values)).mean(0), values
 
     def _steepest(self, first: Tensor, second: Tensor) -> Tensor:
@@ -140,8 +141,8 @@ class SacUpdate:
         """Pay more for entropy where there is less of it than wanted, 3 nats below zero; the loss before that, (1,)."""
         excess = log_prob.mean(0) - ACTION_SIZE
         loss = -self._log_entropy * excess
-        self._log_entropy.grad = -excess
-        self._agent.entropy_optimizer.step()
+        torch.neg(excess, out=self._entropy_gradient)
+        self._entropy_optimizer.step()
         self._entropy = torch.exp(self._log_entropy)
         return loss
 
