@@ -9,12 +9,31 @@ oneDNN, which does not, by the operator that torch's compiler uses for them.
 
 import torch
 import torch.nn.functional as F  # noqa: N812 (torch's own name for it)
+from msgspec import Struct
 from torch import Tensor, nn
 
 _WIDE = 32
 """Numbers in and out of a layer from which on oneDNN is faster, although a call of it costs more."""
 
 _HAS_ONEDNN = torch.backends.mkldnn.is_available() and hasattr(torch.ops.mkldnn, "_linear_pointwise")
+
+
+class _Layer(Struct, frozen=True, eq=False):
+    """What is needed of a linear layer, looked up once: a module takes its time to find a parameter.
+
+    Attributes:
+        weight, bias: without autograd, in the parameters' storage.
+        transposed: a view of `weight`.
+        weight_gradient, bias_gradient: the parameters' `grad`.
+        suits_onednn: whether oneDNN is faster than torch's own choice.
+    """
+
+    weight: Tensor
+    bias: Tensor
+    transposed: Tensor
+    weight_gradient: Tensor
+    bias_gradient: Tensor
+    suits_onednn: bool
 
 
 class Backpropagation:
@@ -24,54 +43,57 @@ class Backpropagation:
     >>> outputs = forward_and_back.forward(features)
     >>> forward_and_back.backward(2 * (outputs - wanted))  # of the squared error; the parameters have a `grad` now
 
-    Works without autograd: call it under `torch.no_grad`.
+    Works without autograd: call it under `torch.no_grad` or `torch.inference_mode`.
     """
 
     def __init__(self, net: nn.Sequential) -> None:
-        self._linears = [layer for layer in net if isinstance(layer, nn.Linear)]
+        self._layers = [_layer_of(module) for module in net if isinstance(module, nn.Linear)]
         self._inputs: list[Tensor] = []
-        for parameter in net.parameters():
-            parameter.grad = torch.zeros_like(parameter)
 
     def forward(self, inputs: Tensor) -> Tensor:
         """Outputs (n, …) of a batch of inputs (n, …)."""
         self._inputs = [inputs]
-        for linear in self._linears[:-1]:
-            self._inputs.append(_rectified(self._inputs[-1], linear))
-        last = self._linears[-1]
-        return F.linear(self._inputs[-1], last.weight, last.bias)
+        for layer in self._layers[:-1]:
+            inputs = _rectified(inputs, layer)
+            self._inputs.append(inputs)
+        return F.linear(inputs, self._layers[-1].weight, self._layers[-1].bias)
 
-    def backward(self, gradient: Tensor, rows: slice = slice(None)) -> None:
+    def backward(self, gradient: Tensor, rows: slice | None = None) -> None:
         """Set the parameters' `grad`, from that of the outputs of the batch or of some of its rows."""
-        for index in reversed(range(len(self._linears))):
-            linear, inputs = self._linears[index], self._inputs[index][rows]
-            torch.mm(gradient.t(), inputs, out=linear.weight.grad)
-            torch.sum(gradient, 0, out=linear.bias.grad)
+        for index in reversed(range(len(self._layers))):
+            layer, inputs = self._layers[index], self._inputs[index]
+            if rows is not None:
+                inputs = inputs[rows]
+            torch.mm(gradient.t(), inputs, out=layer.weight_gradient)
+            torch.sum(gradient, 0, out=layer.bias_gradient)
             if index > 0:
-                gradient = _through(linear, gradient, inputs)
+                gradient = _through(layer, gradient, inputs)
 
     def input_gradient(self, gradient: Tensor, columns: slice) -> Tensor:
         """(n, columns) the gradient of some of the inputs, from that of the outputs; the parameters' stays as it is."""
-        for linear, inputs in zip(self._linears[:0:-1], self._inputs[:0:-1], strict=True):
-            gradient = _through(linear, gradient, inputs)
-        return torch.mm(gradient, self._linears[0].weight[:, columns])
+        for layer, inputs in zip(self._layers[:0:-1], self._inputs[:0:-1], strict=True):
+            gradient = _through(layer, gradient, inputs)
+        return torch.mm(gradient, self._layers[0].weight[:, columns])
 
 
-def _rectified(inputs: Tensor, linear: nn.Linear) -> Tensor:
+def _layer_of(linear: nn.Linear) -> _Layer:
+    weight, bias = linear.weight.detach(), linear.bias.detach()
+    linear.weight.grad, linear.bias.grad = torch.zeros_like(weight), torch.zeros_like(bias)
+    wide = min(weight.shape) >= _WIDE and weight.dtype == torch.float32
+    return _Layer(weight, bias, weight.t(), linear.weight.grad, linear.bias.grad, _HAS_ONEDNN and wide)
+
+
+def _rectified(inputs: Tensor, layer: _Layer) -> Tensor:
     """ReLU of a layer."""
-    if _suits_onednn(linear):
-        return torch.ops.mkldnn._linear_pointwise(inputs, linear.weight, linear.bias, "relu", [], "")
-    return F.linear(inputs, linear.weight, linear.bias).relu_()
+    if layer.suits_onednn:
+        return torch.ops.mkldnn._linear_pointwise(inputs, layer.weight, layer.bias, "relu", [], "")
+    return F.linear(inputs, layer.weight, layer.bias).relu_()
 
 
-def _through(linear: nn.Linear, gradient: Tensor, inputs: Tensor) -> Tensor:
+def _through(layer: _Layer, gradient: Tensor, inputs: Tensor) -> Tensor:
     """The gradient of what went into the ReLU before a layer: zero where that let nothing through."""
-    if _suits_onednn(linear):
-        before = torch.ops.mkldnn._linear_pointwise(gradient, linear.weight.t(), None, "none", [], "")
+    if layer.suits_onednn:
+        before = torch.ops.mkldnn._linear_pointwise(gradient, layer.transposed, None, "none", [], "")
     else:
-        before = torch.mm(gradient, linear.weight)
+        before = torch.mm(gradient, layer.weight)
     return before.mul_(inputs.sign())
-
-
-def _suits_onednn(linear: nn.Linear) -> bool:
-    return _HAS_ONEDNN and min(linear.weight.shape) >= _WIDE and linear.weight.dtype == torch.float32

@@ -18,7 +18,7 @@ class FusedAdam:
         optimizer: of one group of parameters. Their gradients are changed in place from now on, never replaced; and
             after its state was replaced, by `load_state_dict` say, it takes another `FusedAdam`.
 
-    Works without autograd: call it under `torch.no_grad`.
+    Works without autograd: call it under `torch.no_grad` or `torch.inference_mode`.
     """
 
     def __init__(self, optimizer: Adam) -> None:
@@ -32,9 +32,10 @@ class FusedAdam:
     def step(self) -> None:
         """Change the parameters by their gradients."""
         if not self._tensors:
-            # Where there is no state yet, the optimiser makes it.
-            self._optimizer.step()
-            self._take_up()
+            # Where there is no state yet, the optimiser makes it; it outlasts an inference mode that this is called in.
+            with torch.inference_mode(False):
+                self._optimizer.step()
+                self._take_up()
             return
         self._counts.add_(1)
         torch._fused_adam_(*self._tensors, **self._settings)  # pyright: ignore[reportPrivateImportUsage]

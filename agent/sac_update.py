@@ -77,7 +77,7 @@ class SacUpdate:
         self._policy_optimizer = FusedAdam(self._agent.policy_optimizer)
         self._entropy_optimizer = FusedAdam(self._agent.entropy_optimizer)
 
-    @torch.no_grad()
+    @torch.inference_mode()
     def __call__(self) -> list[float]:
         """Make one and tell `STATISTICS` of it."""
         batch = self._sampled()

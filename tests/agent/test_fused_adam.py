@@ -70,3 +70,11 @@ def test_torch_goes_on_from_where_it_stopped() -> None:
     pupil.step(FusedAdam(pupil.optimizer).step, 3)
     pupil.step(pupil.optimizer.step, STEPS - 3)
     assert same(pupil, by_torch())
+
+
+def test_a_state_made_in_inference_mode_can_be_changed_outside_of_it() -> None:
+    pupil = Pupil()
+    with torch.inference_mode():
+        pupil.step(FusedAdam(pupil.optimizer).step, 3)
+    pupil.step(pupil.optimizer.step, STEPS - 3)
+    assert same(pupil, by_torch())
