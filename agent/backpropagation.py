@@ -73,7 +73,8 @@ class Backpropagation:
         """(n, columns) the gradient of some of the inputs, from that of the outputs; the parameters' stays as it is."""
         for layer, inputs in zip(self._layers[:0:-1], self._inputs[:0:-1], strict=True):
             gradient = _through(layer, gradient, inputs)
-        return torch.mm(gradient, self._layers[0].weight[:, columns])
+        # The same numbers as `gradient @ weight`, but MKL takes twice as long for few columns as for few rows.
+        return torch.mm(self._layers[0].transposed[columns], gradient.t()).t()
 
 
 def _layer_of(linear: nn.Linear) -> _Layer:
