@@ -81,7 +81,7 @@ class SacLearner:
         due = int((self._observed - self._config.batch) * self._config.updates_per_step) - self.updates
         if due <= 0:
             return {}
-        told = [self._update() for _ in range(due)]
+        told = self._update(due)
         self.updates += due
         return dict(zip(STATISTICS, np.mean(told, axis=0).tolist(), strict=True))
 

@@ -4,6 +4,8 @@ skrl's own update is general; what it costs at this size is not arithmetic but a
 parameter to parameter, and gradients that nobody reads. See docs/decisions/0307-the-update-is-written-out.md.
 """
 
+from collections.abc import Iterator
+
 import torch
 from msgspec import Struct
 from skrl.agents.torch.sac import SAC
@@ -31,6 +33,10 @@ STATISTICS = (
 """What an update tells, by skrl's names."""
 
 
+_AT_ONCE = 8
+"""Updates whose transitions are gathered together: one at a time costs more, and many take memory."""
+
+
 class SacNetworks(Struct, frozen=True, eq=False, kw_only=True):
     """A policy, two critics, and the two that follow them slowly."""
 
@@ -40,17 +46,27 @@ class SacNetworks(Struct, frozen=True, eq=False, kw_only=True):
 
 
 class _Batch(Struct, frozen=True, eq=False):
-    """Transitions as they are in memory: features (n, f) before and after, actions (n, 3), the rest (n, 1)."""
+    """Transitions, with all of an update that needs no network.
 
-    observations: Tensor
-    next_observations: Tensor
-    actions: Tensor
+    Attributes:
+        features: (2 n, f) of after the transitions, and then of before them.
+        frames: (2 n, 3, 3) rotations from the world to the drone's frame in these.
+        noise: (2 n, 3) standard normal, for velocities in these.
+        taken: (n, 3) the velocities that were flown, in the drones' frames.
+        rewards: (n, 1).
+        discounts: (n, 1) of what comes after; zero where nothing does.
+    """
+
+    features: Tensor
+    frames: Tensor
+    noise: Tensor
+    taken: Tensor
     rewards: Tensor
-    terminated: Tensor
+    discounts: Tensor
 
 
 class SacUpdate:
-    """Updates an agent's networks and its entropy coefficient with its optimisers; a call is one update.
+    """Updates an agent's networks and its entropy coefficient with its optimisers; a call is so many.
 
     Args:
         agent: of these networks and this memory, which holds features, not observations.
@@ -78,50 +94,68 @@ class SacUpdate:
         self._entropy_optimizer = FusedAdam(self._agent.entropy_optimizer)
 
     @torch.inference_mode()
-    def __call__(self) -> list[float]:
-        """Make one and tell `STATISTICS` of it."""
-        batch = self._sampled()
-        after, before = self._drawn(batch).split(len(batch.rewards))
-        targets = self._target_values(batch, after)
-        critic_loss = self._step_critics(batch, before.frames, targets)
-        policy_loss, values = self._step_policy(batch, before)
+    def __call__(self, updates: int) -> list[list[float]]:
+        """Make so many and tell `STATISTICS` of each."""
+        pieces = (min(_AT_ONCE, updates - made) for made in range(0, updates, _AT_ONCE))
+        return [told for piece in pieces for told in self._made(piece)]
+
+    def _made(self, updates: int) -> list[list[float]]:
+        losses, values = zip(*map(self._learn, self._batches(updates)), strict=True)
+        return _statistics(torch.stack(losses), torch.stack(values))
+
+    def _learn(self, batch: _Batch) -> tuple[Tensor, Tensor]:
+        """Make an update; its losses (4,) and the values (n, 3) that they are of."""
+        drawn = SquashedGaussian.drawn(self._policy.forward(batch.features), batch.frames, batch.noise)
+        after, before = drawn.split(len(batch.rewards))
+        after_inputs, before_inputs = _critic_inputs(batch.features, rotated(drawn.actions, batch.frames)).chunk(2)
+        targets = self._target_values(batch, after_inputs, after.log_prob)
+        critic_loss = self._step_critics(batch, targets)
+        policy_loss, values = self._step_policy(before_inputs, before)
         entropy_loss = self._step_entropy(before.log_prob)
         self._follow(self._following, self._followed, 1)
         losses = [policy_loss, critic_loss, entropy_loss, self._entropy]
-        return _statistics(torch.cat(losses), torch.cat([*values, targets], dim=1))
+        return torch.cat(losses), torch.cat([*values, targets], dim=1)
 
-    def _sampled(self) -> _Batch:
-        """As skrl's memory draws with replacement; `index_select` gathers rows in a quarter of the time of `[]`."""
-        rows = torch.randint(0, len(self._memory), (self._config.batch,))
-        kept = self._memory.tensors_view
-        return _Batch(**{name: kept[name].index_select(0, rows) for name in _Batch.__struct_fields__})
+    def _batches(self, updates: int) -> Iterator[_Batch]:
+        """As skrl's memory draws with replacement; what needs no network is computed for all of them at once."""
+        size = self._config.batch
+        rows, noise = zip(*(self._draws() for _ in range(updates)), strict=True)
+        kept = self._gathered(torch.cat(rows))
+        both = [kept[name].unflatten(0, (updates, size)) for name in ("next_observations", "observations")]
+        features = torch.cat(both, dim=1)
+        frames = to_drone_frames(features.flatten(0, 1)).unflatten(0, (updates, 2 * size))
+        taken = rotated(kept["actions"], frames[:, size:].flatten(0, 1))
+        discounts = self._config.discount * kept["terminated"].logical_not()
+        parts = (part.split(size) for part in (taken, kept["rewards"], discounts))
+        return map(_Batch, features, frames, noise, *parts)
 
-    def _drawn(self, batch: _Batch) -> SquashedGaussian:
-        """Velocities for after the transitions, and then for before them, by the policy as it is."""
-        features = torch.cat([batch.next_observations, batch.observations])
+    def _draws(self) -> tuple[Tensor, Tensor]:
+        """(n,) rows of the memory for an update, and (2 n, 3) its noise."""
+        size, kind = self._config.batch, self._log_entropy.dtype
+        rows = torch.randint(0, len(self._memory), (size,))
         # Two draws, as skrl makes them: one of double the size need not give the same numbers.
-        noise = torch.cat([torch.randn_like(batch.actions), torch.randn_like(batch.actions)])
-        return SquashedGaussian.drawn(self._policy.forward(features), to_drone_frames(features), noise)
+        return rows, torch.cat([torch.randn(size, ACTION_SIZE, dtype=kind), torch.randn(size, ACTION_SIZE, dtype=kind)])
 
-    def _target_values(self, batch: _Batch, after: SquashedGaussian) -> Tensor:
-        """(n, 1) what the critics should have said."""
-        inputs = _critic_inputs(batch.next_observations, after.actions, after.frames)
+    def _gathered(self, rows: Tensor) -> dict[str, Tensor]:
+        """Rows of the memory by name; `index_select` gathers them in a quarter of the time of `[]`."""
+        return {name: kept.index_select(0, rows) for name, kept in self._memory.tensors_view.items()}
+
+    def _target_values(self, batch: _Batch, inputs: Tensor, log_prob: Tensor) -> Tensor:
+        """(n, 1) what the critics should have said, from velocities drawn for after the transitions."""
         first, second = (critic.forward(inputs) for critic in self._targets)
-        values = torch.min(first, second) - self._entropy * after.log_prob
-        return batch.rewards + self._config.discount * batch.terminated.logical_not() * values
+        return batch.rewards + batch.discounts * (torch.min(first, second) - self._entropy * log_prob)
 
-    def _step_critics(self, batch: _Batch, frames: Tensor, targets: Tensor) -> Tensor:
+    def _step_critics(self, batch: _Batch, targets: Tensor) -> Tensor:
         """Improve the critics; their loss before that, (1,)."""
-        inputs = _critic_inputs(batch.observations, batch.actions, frames)
+        inputs = _critic_inputs(batch.features[len(targets) :], batch.taken)
         errors = torch.cat([critic.forward(inputs) for critic in self._critics], dim=1) - targets
         for critic, gradient in zip(self._critics, (errors / len(errors)).split(1, dim=1), strict=True):
             critic.backward(gradient)
         self._critic_optimizer.step()
         return errors.square().mean(0).mean(0, keepdim=True)
 
-    def _step_policy(self, batch: _Batch, before: SquashedGaussian) -> tuple[Tensor, list[Tensor]]:
+    def _step_policy(self, inputs: Tensor, before: SquashedGaussian) -> tuple[Tensor, list[Tensor]]:
         """Improve the policy; its loss before that, (1,), and both critics' values (n, 1) of what it drew."""
-        inputs = _critic_inputs(batch.observations, before.actions, before.frames)
         values = [critic.forward(inputs) for critic in self._critics]
         of_actions = rotated(self._steepest(*values), before.frames.mT)
         gradient = before.outputs_gradient(of_actions, self._entropy / len(inputs))
@@ -147,12 +181,12 @@ class SacUpdate:
         return loss
 
 
-def _critic_inputs(features: Tensor, actions: Tensor, frames: Tensor) -> Tensor:
-    """(n, f + 3) what `Critic` gives its network: features, and the velocities in the drones' frames."""
-    return torch.cat([features, rotated(actions, frames)], dim=1)
+def _critic_inputs(features: Tensor, velocities: Tensor) -> Tensor:
+    """(n, f + 3) what `Critic` gives its network: features, and velocities in the drones' frames."""
+    return torch.cat([features, velocities], dim=1)
 
 
-def _statistics(losses: Tensor, values: Tensor) -> list[float]:
-    """`STATISTICS` from losses (4,) and values (n, 3); read all at once."""
-    lowest, highest = torch.aminmax(values, dim=0)
-    return torch.cat([losses, lowest, highest, values.mean(0)]).tolist()
+def _statistics(losses: Tensor, values: Tensor) -> list[list[float]]:
+    """`STATISTICS` of each update, from losses (k, 4) and values (k, n, 3); read all at once."""
+    lowest, highest = torch.aminmax(values, dim=1)
+    return torch.cat([losses, lowest, highest, values.mean(1)], dim=1).tolist()

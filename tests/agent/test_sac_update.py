@@ -52,8 +52,7 @@ class Apprentice:
         return self._learned(tracked(self.agent))
 
     def taught_by_us(self, updates: int) -> Learned:
-        update = SacUpdate(self.config, self.agent, self.networks, self.memory)
-        told = [update() for _ in range(updates)]
+        told = SacUpdate(self.config, self.agent, self.networks, self.memory)(updates)
         return self._learned(dict(zip(STATISTICS, np.mean(told, axis=0), strict=True)))
 
     def _learned(self, statistics: dict[str, float]) -> Learned:
@@ -125,3 +124,13 @@ def test_it_goes_on_from_optimisers_of_skrls_making() -> None:
     changed.taught_by_skrl(3)
     restore_optimizers(changed.agent, optimizers_state(changed.agent))
     assert differences(changed.taught_by_us(3), expected).max() < 1e-9
+
+
+def test_many_at_once_are_one_after_the_other() -> None:
+    together, apart = (Apprentice(CONFIG, torch.float32) for _ in range(2))
+    one, other = (SacUpdate(CONFIG, pupil.agent, pupil.networks, pupil.memory) for pupil in (together, apart))
+    torch.manual_seed(1)
+    told = one(11)
+    torch.manual_seed(1)
+    assert told == [other(1)[0] for _ in range(11)]
+    assert differences(together._learned({}), apart._learned({})).max() == 0.0
