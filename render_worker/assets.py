@@ -20,6 +20,7 @@ from protocol.artifact import cache_directory, require_artifact, whole_file
 from protocol.errors import ArtifactDamaged
 from render_worker.arrays import IndexArray
 from render_worker.skinning import vertex_normals
+from render_worker.textures import Spot, spots_of
 
 FORMAT = "vantage-bodies"
 VERSION = 1
@@ -85,6 +86,11 @@ class Assets:
     masks: Mapping[str, UInt8Array]
     photographs: Mapping[str, UInt8Array]
     provenance: Mapping[str, Any]
+
+    @cached_property
+    def spots(self) -> Mapping[str, Spot]:
+        """Where each mask has anything."""
+        return spots_of(self.masks)
 
     @cached_property
     def rest_normals(self) -> Callable[[int], Float32Array]:

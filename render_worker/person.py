@@ -71,7 +71,7 @@ def dress(assets: Assets, figure: Figure) -> Person:
     body = pose_body(assets, figure.identity, figure.pose)
     outfit = sample_outfit(figure.appearance, feminine=is_feminine(assets, figure.identity))
     surfaces = [_skin(assets, body, outfit), *_eyes(assets, body), _lashes(assets, body)]
-    textures = [skin_texture(outfit, assets.masks), eye_texture(outfit.eyes), plain_texture((34, 26, 24))]
+    textures = [skin_texture(outfit, assets.spots), eye_texture(outfit.eyes), plain_texture((34, 26, 24))]
     for garment in outfit.garments:
         surfaces.append(_garment(assets, body, garment, len(textures)))
         textures.append(fabric_texture(garment.fabric))
