@@ -15,11 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from protocol.arrays import Float32Array, UInt8Array
+from protocol.arrays import Float32Array, Float64Array, UInt8Array
 from protocol.artifact import cache_directory, require_artifact, whole_file
 from protocol.errors import ArtifactDamaged
+from protocol.skeleton import Joint
 from render_worker.arrays import IndexArray
 from render_worker.skinning import vertex_normals
+from render_worker.surfaces import Surface
 from render_worker.textures import Spot, spots_of
 
 FORMAT = "vantage-bodies"
@@ -29,6 +31,9 @@ MADE_BY = "orchestrator bodies bake"
 PARTS = ("skin", "tights", "skirt", "long_hair", "left_eye", "right_eye", "lashes")
 MASKS = ("lips", "ears", "nails", "brows", "scalp", "stubble")
 PHOTOGRAPHS = ("brick", "grass", "gravel", "coffee", "chelsea")
+
+_HAIR_REACH = 0.1
+"""How far below the nose there can be hair that does not fall, in body heights."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,11 @@ class Rig:
     weights: Float32Array
     regressor: Float32Array
 
+    @cached_property
+    def exact_regressor(self) -> Float64Array:
+        """(18, n) the regressor in the precision of joints."""
+        return self.regressor.astype(float)
+
 
 @dataclass(frozen=True)
 class Assets:
@@ -86,6 +96,24 @@ class Assets:
     masks: Mapping[str, UInt8Array]
     photographs: Mapping[str, UInt8Array]
     provenance: Mapping[str, Any]
+
+    @cached_property
+    def face(self) -> Float64Array:
+        """(18, 3) joints of the mean body, of which hair takes those of the face."""
+        return self.rig.exact_regressor @ self.canonical.astype(float)
+
+    @cached_property
+    def surfaces(self) -> Mapping[str, Surface]:
+        """What bodies have in common of each part."""
+        return {
+            name: Surface.of(part.source, part.uv, part.triangles, self.canonical, self.along_arm)
+            for name, part in self.parts.items()
+        }
+
+    @cached_property
+    def scalp(self) -> Surface:
+        """The skin that hair can grow on, and that around it."""
+        return self.surfaces["skin"].above(self.face[Joint.NOSE, 2] - _HAIR_REACH)
 
     @cached_property
     def spots(self) -> Mapping[str, Spot]:

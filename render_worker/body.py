@@ -33,11 +33,12 @@ def pose_body(assets: Assets, identity: int, pose: BodyPose) -> Body:
     transforms = bone_transforms(heads, rig.parents, bones.rotations, bones.twists)
     motions = blend(rig.weights, transforms)
     vertices = move_points(motions, rest)
-    vertices -= _origin(vertices[assets.parts["skin"].source], heads, rig.labels)
+    heights = vertices[:, 2].take(assets.surfaces["skin"].source)
+    vertices -= _origin(heights, heads, rig.labels)
     normals = move_normals(motions, assets.rest_normals(identity))
-    return Body(vertices, normals, rig.regressor.astype(float) @ vertices.astype(float))
+    return Body(vertices, normals, rig.exact_regressor @ vertices.astype(float))
 
 
-def _origin(skin: Float32Array, heads: Float64Array, labels: tuple[str, ...]) -> Float32Array:
+def _origin(heights: Float32Array, heads: Float64Array, labels: tuple[str, ...]) -> Float32Array:
     hips = (heads[labels.index("upperleg01.L")] + heads[labels.index("upperleg01.R")]) / 2
-    return np.array([hips[0], hips[1], skin[:, 2].min()], np.float32)
+    return np.array([hips[0], hips[1], heights.min()], np.float32)

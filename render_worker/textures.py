@@ -37,11 +37,7 @@ class Spot(NamedTuple):
 
 def spots_of(masks: Mapping[str, UInt8Array]) -> dict[str, Spot]:
     """The few places of each mask, (SIZE, SIZE) of 0 to 255."""
-    flat = {name: mask.ravel() for name, mask in masks.items()}
-    places = {name: np.flatnonzero(mask) for name, mask in flat.items()}
-    return {
-        name: Spot(places[name], mask[places[name]].astype(np.float32) / np.float32(255)) for name, mask in flat.items()
-    }
+    return {name: _spot(mask.ravel()) for name, mask in masks.items()}
 
 
 def skin_texture(outfit: Outfit, spots: Mapping[str, Spot]) -> UInt8Array:
@@ -92,6 +88,11 @@ def eye_texture(iris: Colour) -> UInt8Array:
 def plain_texture(colour: Colour) -> UInt8Array:
     """(SIZE, SIZE, 3) of one colour."""
     return np.full((SIZE, SIZE, 3), colour, np.uint8)
+
+
+def _spot(mask: UInt8Array) -> Spot:
+    places = np.flatnonzero(mask)
+    return Spot(places, mask[places].astype(np.float32) / np.float32(255))
 
 
 def _bare_skin(tone: Float32Array, random: np.random.Generator) -> list[Float32Array]:
