@@ -5,6 +5,7 @@ import numpy as np
 from protocol.arrays import Float32Array, Float64Array
 from protocol.camera import Intrinsics
 from protocol.region import Region
+from render_worker.arrays import box_of
 from render_worker.opengl.picture import NEAREST
 
 
@@ -16,8 +17,7 @@ class Outline:
     """
 
     def __init__(self, points: Float32Array) -> None:
-        low, high = points.min(axis=0).astype(float), points.max(axis=0).astype(float)
-        corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(8, 3)
+        corners = np.stack(np.meshgrid(*zip(*box_of(points), strict=True)), axis=-1).reshape(8, 3)
         self._corners = np.vstack([corners.T, np.ones(8)])
 
     def may_show(self, clip: Float64Array, intrinsics: Intrinsics, region: Region) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 from protocol.arrays import Float32Array, Float64Array
 from protocol.camera import Intrinsics
 from protocol.region import Region
+from render_worker.arrays import box_of
 from render_worker.light import Light
 from render_worker.opengl.picture import NEAREST
 
@@ -26,9 +27,8 @@ def shadowed_ground(casters: Iterable[Float32Array], patch: Float32Array, light:
         (4, 3) corners of a parallelogram on the ground with all that may be in shadow in it; nothing where the light
         does not tell: the map of shadows does not hold all of the people, or not all of the patch.
     """
-    seen = [_seen_by_sun(corners, light) for corners in casters]
-    low, high = (end(axis=0)[:2] for end in (np.vstack(seen).min, np.vstack(seen).max))
-    low, high = low - REACH, high + REACH
+    lows, highs = zip(*(box_of(_seen_by_sun(corners, light)[:, :2]) for corners in casters), strict=True)
+    low, high = np.min(lows, axis=0) - REACH, np.max(highs, axis=0) + REACH
     if low.min() <= 0 or high.max() >= 1 or _seen_by_sun(patch, light)[:, 2].max() >= 1:
         return None
     x, y = np.array([(low[0], high[0], high[0], low[0]), (low[1], low[1], high[1], high[1])]) * 2 - 1
