@@ -56,14 +56,14 @@ class Person(NamedTuple):
         corners: (c, 12) float32: position, normal, texture coordinates and number, distances to edges.
         closed: (t, 3) triangles that lie inside all edges, of surfaces whose inside can't be seen.
         open: (u, 3) triangles that an edge crosses, or that are seen from both sides.
-        textures: (k, size, size, 3) sRGB.
+        textures: (size, size, 4) each, sRGB and opaque.
         joints: (18, 3) COCO-18 in the body frame, metres.
     """
 
     corners: Float32Array
     closed: IndexArray
     open: IndexArray
-    textures: UInt8Array
+    textures: tuple[UInt8Array, ...]
     joints: Float64Array
 
 
@@ -79,7 +79,7 @@ def dress(assets: Assets, figure: Figure) -> Person:
     if outfit.hair is not None:
         surfaces += _hair(assets, body, outfit.hair, len(textures))
         textures.append(hair_texture(outfit.hair))
-    return _join(surfaces, np.stack(textures), body.joints)
+    return _join(surfaces, tuple(textures), body.joints)
 
 
 def is_feminine(assets: Assets, identity: int) -> bool:
@@ -168,7 +168,7 @@ def _combed(corners: Corners, points: Float32Array, face: Float64Array, depth: F
     return corners._replace(uv=uv, cut=np.stack([depth, beyond, beyond]))
 
 
-def _join(surfaces: list[Corners], textures: UInt8Array, joints: Float64Array) -> Person:
+def _join(surfaces: list[Corners], textures: tuple[UInt8Array, ...], joints: Float64Array) -> Person:
     ends = np.cumsum([len(surface.position) for surface in surfaces])
     rows = np.empty((ends[-1], 12), np.float32)
     closed: list[IndexArray] = []

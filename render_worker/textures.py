@@ -1,4 +1,4 @@
-"""Images of skin, cloth, hair and eyes. The first row of an image is at v = 0.
+"""Images of skin, cloth, hair and eyes: sRGB, and opaque. The first row of an image is at v = 0.
 
 Whatever varies over an image is computed colour by colour: numpy takes seven times as long along an axis of three.
 """
@@ -16,7 +16,7 @@ from render_worker.noise import seamless_noise, shifted
 from render_worker.outfit import Colour, Fabric, Hair, Outfit
 
 SIZE = 512
-"""Of every texture of a person, since they are uploaded as one array; the masks have it too."""
+"""Of every texture of a person, since OpenGL has them as one array; the masks have it too."""
 
 
 _GRAIN = {"denim": 0.10, "heather": 0.12}
@@ -41,7 +41,7 @@ def spots_of(masks: Mapping[str, UInt8Array]) -> dict[str, Spot]:
 
 
 def skin_texture(outfit: Outfit, spots: Mapping[str, Spot]) -> UInt8Array:
-    """(SIZE, SIZE, 3) skin with lips, ears, nails and brows, and the shade of a beard or of cropped hair."""
+    """(SIZE, SIZE, 4) skin with lips, ears, nails and brows, and the shade of a beard or of cropped hair."""
     tone = np.array(outfit.skin, np.float32)
     planes = _bare_skin(tone, np.random.default_rng(outfit.seed))
     _paint(planes, tone * (0.88, 0.58, 0.58), spots["lips"], 0.75)
@@ -56,7 +56,7 @@ def skin_texture(outfit: Outfit, spots: Mapping[str, Spot]) -> UInt8Array:
 
 
 def fabric_texture(fabric: Fabric) -> UInt8Array:
-    """(SIZE, SIZE, 3) seamless cloth."""
+    """(SIZE, SIZE, 4) seamless cloth."""
     random = np.random.default_rng(fabric.seed)
     base, accent = np.array(fabric.colour, np.float32), np.array(fabric.accent, np.float32)
     pattern = _pattern(fabric, random)
@@ -66,7 +66,7 @@ def fabric_texture(fabric: Fabric) -> UInt8Array:
 
 
 def hair_texture(hair: Hair) -> UInt8Array:
-    """(SIZE, SIZE, 3) strands along v."""
+    """(SIZE, SIZE, 4) strands along v."""
     random = np.random.default_rng(hair.seed)
     shade = 1 + 0.22 * shifted(seamless_noise(SIZE, 0.7, 0.12, 31), random)
     return _to_image([colour * shade for colour in np.array(hair.colour, np.float32)])
@@ -74,20 +74,20 @@ def hair_texture(hair: Hair) -> UInt8Array:
 
 @lru_cache(maxsize=16)
 def eye_texture(iris: Colour) -> UInt8Array:
-    """(SIZE, SIZE, 3) an eyeball seen from the front, its pupil in the middle; half the width is its radius."""
+    """(SIZE, SIZE, 4) an eyeball seen from the front, its pupil in the middle; half the width is its radius."""
     offset = (np.arange(SIZE) + 0.5) / SIZE * 2 - 1
     radius = np.hypot(offset[:, None], offset[None])
-    image = np.full((SIZE, SIZE, 3), (228, 224, 220), np.float32)
-    image[radius < 0.46] = np.array(iris, np.float32) * 0.6
-    image[radius < 0.41] = iris
-    image[radius < 0.19] = (12, 11, 12)
-    return image.astype(np.uint8)
+    image = plain_texture((228, 224, 220)).copy()
+    image[radius < 0.46, :3] = np.array(iris, np.float32) * 0.6
+    image[radius < 0.41, :3] = iris
+    image[radius < 0.19, :3] = (12, 11, 12)
+    return image
 
 
 @lru_cache(maxsize=16)
 def plain_texture(colour: Colour) -> UInt8Array:
-    """(SIZE, SIZE, 3) of one colour."""
-    return np.full((SIZE, SIZE, 3), colour, np.uint8)
+    """(SIZE, SIZE, 4) of one colour."""
+    return np.full((SIZE, SIZE, 4), (*colour, 255), np.uint8)
 
 
 def _spot(mask: UInt8Array) -> Spot:
@@ -138,6 +138,6 @@ def _paint(planes: Iterable[Float32Array], colour: RealArray, spot: Spot, opacit
 
 
 def _to_image(planes: Sequence[RealArray]) -> UInt8Array:
-    """(SIZE, SIZE, 3) of its colours, each (SIZE, SIZE), cut off to 0 to 255."""
+    """(SIZE, SIZE, 4) of its colours, each (SIZE, SIZE), cut off to 0 to 255."""
     cut_off = [np.clip(plane, 0, 255, out=plane).astype(np.uint8) for plane in planes]
-    return cv2.merge(cut_off).astype(np.uint8, copy=False)
+    return cv2.merge([*cut_off, np.full_like(cut_off[0], 255)]).astype(np.uint8, copy=False)

@@ -128,8 +128,11 @@ class Staging:
         )
 
     def _person_textures(self, person: Person) -> "TextureArray":
-        count, rows, columns = person.textures.shape[:3]
-        textures = self._context.texture_array((columns, rows, count), 3, person.textures.tobytes(), alignment=1)
+        rows, columns = person.textures[0].shape[:2]
+        # Of four components, which Mesa copies; three it would convert.
+        textures = self._context.texture_array((columns, rows, len(person.textures)), 4)
+        for number, image in enumerate(person.textures):
+            textures.write(image, viewport=(0, 0, number, columns, rows, 1))
         _smooth(textures)
         return textures
 
