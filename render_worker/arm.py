@@ -6,7 +6,7 @@ import numpy as np
 
 from protocol.arrays import Float64Array
 from protocol.scene import Arm
-from render_worker.rotation import frame, rotation, rotation_vector, shortest_turn
+from render_worker.rotation import cross, frame, rotation, rotation_vector, shortest_turn
 
 STRAIGHTEST = 0.995
 """Share of its length that an arm reaches at most: a fully straight one has no plane to bend in."""
@@ -55,8 +55,8 @@ def pose_arm(rest: RestArm, arm: Arm) -> PosedArm:
     target = _within_reach(np.asarray(arm.wrist, float) * rest.length, upper_length, lower_length)
     girdle = _girdle(rest, target)
     elbow = _elbow(target, upper_length, lower_length, _hanging(target, arm.swivel, rest.side))
-    upper = _turn(rest.elbow - rest.shoulder, _hinge(rest), elbow, np.cross(elbow, target))
-    lower = _turn(rest.wrist - rest.elbow, _hinge(rest), target - elbow, np.cross(elbow, target))
+    upper = _turn(rest.elbow - rest.shoulder, _hinge(rest), elbow, cross(elbow, target))
+    lower = _turn(rest.wrist - rest.elbow, _hinge(rest), target - elbow, cross(elbow, target))
     return PosedArm(girdle, _without_half_the_twist(upper, girdle, rest.elbow - rest.shoulder), upper, lower)
 
 
@@ -85,14 +85,14 @@ def _hanging(target: Float64Array, swivel: float, side: int) -> Float64Array:
     axis = target / np.linalg.norm(target)
     pole = _BACKWARDS - (_BACKWARDS @ axis) * axis
     if np.linalg.norm(pole) < 1e-6:
-        pole = np.cross(axis, (0.0, 1.0, 0.0))
+        pole = cross(axis, np.array([0.0, 1.0, 0.0]))
     pole /= np.linalg.norm(pole)
     return rotation(side * swivel * axis) @ pole
 
 
 def _hinge(rest: RestArm) -> Float64Array:
     """The elbow's axis at rest: the forearm is bent there in every identity."""
-    return np.cross(rest.elbow - rest.shoulder, rest.wrist - rest.elbow)
+    return cross(rest.elbow - rest.shoulder, rest.wrist - rest.elbow)
 
 
 def _turn(rest_along: Float64Array, rest_hinge: Float64Array, along: Float64Array, hinge: Float64Array) -> Float64Array:

@@ -8,7 +8,7 @@ import numpy as np
 from protocol.arrays import Float64Array
 from protocol.scene import Arm, BodyPose, Head, Leg
 from render_worker.arm import RestArm, pose_arm
-from render_worker.rotation import rotation
+from render_worker.rotation import cross, rotation
 
 _NECK = ("neck01", "neck02", "neck03", "head")
 """Nodding and turning is shared evenly among these."""
@@ -63,13 +63,12 @@ def _finger_bones(side: str, hand: Float64Array, heads: Float64Array, index: dic
     knuckle, tip, thumb = (heads[index[f"{name}.{side}"]] for name in ("finger3-1", "finger3-3", "finger1-3"))
     fingers = tip - knuckle
     # Of the left hand, fingers forward and thumb up, the palm looks to the right.
-    palm = np.cross(fingers, thumb - knuckle) * (1 if side == "L" else -1)
-    axis = np.cross(fingers, palm) / np.linalg.norm(np.cross(fingers, palm))
-    bent = np.cumsum(_FINGER_CURL)
+    palm = cross(fingers, thumb - knuckle) * (1 if side == "L" else -1)
+    across = cross(fingers, palm)
+    axis = across / np.linalg.norm(across)
+    bent = [hand @ rotation(angle * axis) for angle in np.cumsum(_FINGER_CURL)]
     return {
-        f"finger{finger}-{joint + 1}.{side}": hand @ rotation(bent[joint] * axis)
-        for finger in range(2, 6)
-        for joint in range(3)
+        f"finger{finger}-{joint}.{side}": turn for finger in range(2, 6) for joint, turn in enumerate(bent, start=1)
     }
 
 

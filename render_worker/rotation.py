@@ -13,8 +13,8 @@ def rotation(vector: ArrayLike) -> Float64Array:
     if angle < 1e-12:
         return np.eye(3)
     x, y, z = turn / angle
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * skew + (1 - np.cos(angle)) * skew @ skew
 
 
 def rotation_vector(matrix: Float64Array) -> Float64Array:
@@ -28,7 +28,7 @@ def rotation_vector(matrix: Float64Array) -> Float64Array:
 def shortest_turn(start: Float64Array, end: Float64Array) -> Float64Array:
     """The rotation by the smallest angle that takes the direction `start` (3,) to `end` (3,)."""
     a, b = start / np.linalg.norm(start), end / np.linalg.norm(end)
-    axis = np.cross(a, b)
+    axis = cross(a, b)
     sine = float(np.linalg.norm(axis))
     angle = float(np.arctan2(sine, a @ b))
     return np.eye(3) if sine < 1e-9 else rotation(axis / sine * angle)
@@ -39,4 +39,10 @@ def frame(along: Float64Array, across: Float64Array) -> Float64Array:
     first = along / np.linalg.norm(along)
     second = across - (across @ first) * first
     second /= np.linalg.norm(second)
-    return np.stack([first, second, np.cross(first, second)], axis=1)
+    return np.stack([first, second, cross(first, second)], axis=1)
+
+
+def cross(one: Float64Array, other: Float64Array) -> Float64Array:
+    """The cross product of two vectors (3,): `np.cross`, to the bit, without what it takes to serve any shape."""
+    (a, b, c), (x, y, z) = one.tolist(), other.tolist()
+    return np.array([b * z - c * y, c * x - a * z, a * y - b * x])

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from render_worker.rotation import frame, rotation, rotation_vector, shortest_turn
+from render_worker.rotation import cross, frame, rotation, rotation_vector, shortest_turn
 
 vectors = arrays(float, 3, elements=st.floats(-3, 3)).filter(lambda v: np.linalg.norm(v) > 1e-2)
 
@@ -44,3 +44,9 @@ def test_a_frame_is_a_rotation_that_starts_along_its_first_vector(along, across)
     np.testing.assert_allclose(axes.T @ axes, np.eye(3), atol=1e-9)
     np.testing.assert_allclose(axes[:, 0], along / np.linalg.norm(along), atol=1e-9)
     assert axes[:, 1] @ across > 0
+
+
+def test_a_cross_product_is_numpys_to_the_bit():
+    rng = np.random.default_rng(0)
+    for one, other in rng.standard_normal((200, 2, 3)):
+        np.testing.assert_array_equal(cross(one, other), np.cross(one, other))
