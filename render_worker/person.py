@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from protocol.arrays import Float32Array, Float64Array, UInt8Array
+from protocol.arrays import Float32Array, Float64Array
 from protocol.scene import Figure
 from protocol.skeleton import Joint
 from render_worker.arrays import IndexArray, RealArray
@@ -17,7 +17,7 @@ from render_worker.body import Body, pose_body
 from render_worker.hairline import fall_depth, hair_depth
 from render_worker.outfit import Garment, Hair, Outfit, sample_outfit
 from render_worker.surfaces import Surface
-from render_worker.textures import eye_texture, fabric_texture, hair_texture, plain_texture, skin_texture
+from render_worker.textures import Levels, eye_texture, fabric_texture, hair_texture, plain_texture, skin_texture
 
 _HIDDEN_MARGIN = 0.012
 """Skin is left out where cloth reaches this much further, in body heights."""
@@ -56,14 +56,14 @@ class Person(NamedTuple):
         corners: (c, 12) float32: position, normal, texture coordinates and number, distances to edges.
         closed: (t, 3) triangles that lie inside all edges, of surfaces whose inside can't be seen.
         open: (u, 3) triangles that an edge crosses, or that are seen from both sides.
-        textures: (size, size, 4) each, sRGB and opaque.
+        textures: of each its levels (size, size, 4), sRGB and opaque.
         joints: (18, 3) COCO-18 in the body frame, metres.
     """
 
     corners: Float32Array
     closed: IndexArray
     open: IndexArray
-    textures: tuple[UInt8Array, ...]
+    textures: tuple[Levels, ...]
     joints: Float64Array
 
 
@@ -168,7 +168,7 @@ def _combed(corners: Corners, points: Float32Array, face: Float64Array, depth: F
     return corners._replace(uv=uv, cut=np.stack([depth, beyond, beyond]))
 
 
-def _join(surfaces: list[Corners], textures: tuple[UInt8Array, ...], joints: Float64Array) -> Person:
+def _join(surfaces: list[Corners], textures: tuple[Levels, ...], joints: Float64Array) -> Person:
     ends = np.cumsum([len(surface.position) for surface in surfaces])
     rows = np.empty((ends[-1], 12), np.float32)
     closed: list[IndexArray] = []

@@ -8,7 +8,7 @@ through ctypes lets the lock go: what is queued is drawn in `glFinish`, and read
 import ctypes
 from collections.abc import Callable
 
-from protocol.errors import Unavailable
+from render_worker.opengl.functions import address_of
 
 
 def finish_function() -> Callable[[], None]:
@@ -17,15 +17,4 @@ def finish_function() -> Callable[[], None]:
     Raises:
         Unavailable: there is no EGL that knows it.
     """
-    try:
-        egl = ctypes.CDLL("libEGL.so.1")
-    except OSError as error:
-        raise Unavailable(
-            f"no EGL on this machine ({error}); on Debian: apt install libegl1 libgl1 libgl1-mesa-dri"
-        ) from error
-    egl.eglGetProcAddress.restype = ctypes.c_void_p
-    egl.eglGetProcAddress.argtypes = [ctypes.c_char_p]
-    address = egl.eglGetProcAddress(b"glFinish")
-    if not address:
-        raise Unavailable("this machine's EGL has no glFinish; on Debian: apt install libgl1-mesa-dri")
-    return ctypes.CFUNCTYPE(None)(address)
+    return ctypes.CFUNCTYPE(None)(address_of("glFinish"))

@@ -9,6 +9,7 @@ from render_worker.light import Light
 from render_worker.opengl.outline import Outline
 from render_worker.opengl.picture import uniform
 from render_worker.opengl.prepared import PreparedScene
+from render_worker.opengl.texture_arrays import TextureArrays
 from render_worker.person import Person
 from render_worker.surroundings import make_ground, make_shells
 
@@ -84,6 +85,7 @@ class Staging:
         self._context = context
         self._programs = programs
         self._assets = assets
+        self._texture_arrays = TextureArrays(context)
 
     def scene(self, prepared: PreparedScene) -> Staged:
         """What belongs to this scene alone."""
@@ -123,18 +125,9 @@ class Staging:
                 self._array(self._programs.shadow, vertices, closed, *casting),
                 self._array(self._programs.shadow, vertices, opened, *casting),
             ),
-            textures=self._person_textures(person),
+            textures=self._texture_arrays.make(person.textures),
             outline=Outline(person.corners[:, :3]),
         )
-
-    def _person_textures(self, person: Person) -> "TextureArray":
-        rows, columns = person.textures[0].shape[:2]
-        # Of four components, which Mesa copies; three it would convert.
-        textures = self._context.texture_array((columns, rows, len(person.textures)), 4)
-        for number, image in enumerate(person.textures):
-            textures.write(image, viewport=(0, 0, number, columns, rows, 1))
-        _smooth(textures)
-        return textures
 
     def _shadow(self, light: Light, people: tuple[Uploaded, ...]) -> "Texture":
         """Depth of the people as seen from the sun."""
@@ -170,7 +163,7 @@ class Staging:
         return texture
 
 
-def _smooth(texture: "Texture | TextureArray") -> None:
+def _smooth(texture: "Texture") -> None:
     import moderngl
 
     texture.build_mipmaps()
