@@ -43,20 +43,21 @@ FARTHEST = 9.0
 STAGES = ("infer", "decode", "lift", "qoe", "filter")
 _WHOLE, _TRACK = PerceptionConfig(look="whole", calibration="none"), PerceptionConfig(look="track", calibration="none")
 
-WHOLE, TRACK = "openpose_mobilenet_thin, whole", "openpose_mobilenet_thin, track"
+WHOLE, TRACK = "openpose_mobilenet_thin, whole", "openpose_mobilenet_thin_5, track"
 
 SIZES: dict[str, PerceptionConfig] = {
     f"{TRACK} at {rows}×{columns}": replace(_TRACK, region_rows=rows, region_columns=columns)
     for rows, columns in (
         *((side, side) for side in (128, 160, 192, 224, 256)),
-        *((rows, columns) for rows, columns in ((160, 112), (176, 128), (192, 128), (192, 144), (224, 160))),
+        *((rows, columns) for rows, columns in ((160, 112), (176, 120), (192, 128), (192, 144), (224, 160))),
     )
 }
 """The network's size for the region, from which the default was chosen."""
 
 OTHERS: dict[str, PerceptionConfig] = {
+    "openpose_mobilenet_thin, track": replace(_TRACK, network="openpose_mobilenet_thin"),
     "openpose_mobilenet_thin, bf16, whole": replace(_WHOLE, precision="bf16"),
-    "openpose_mobilenet_thin, bf16, track": replace(_TRACK, precision="bf16"),
+    "openpose_mobilenet_thin_5, bf16, track": replace(_TRACK, precision="bf16"),
     **{
         f"{name}, {one.look}": replace(one, network=name)
         for name in ("movenet_lightning", "movenet_thunder", "blazepose_full")
