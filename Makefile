@@ -28,7 +28,9 @@ train: setup ## train on real renders and print the evaluation (CONFIG=configs/q
 	$(BIN)/orchestrator train $(CONFIG)
 
 test: setup ## every test, real processes included
-	$(BIN)/python -m pytest
+	@# Side by side those that wait for no process of their own; what kills and times processes has the machine to itself.
+	$(BIN)/python -m pytest -m "not slow and not docker" --numprocesses auto --maxprocesses 2 --dist worksteal
+	$(BIN)/python -m pytest -m "slow and not docker"
 
 test-docker: setup ## images, compose and containers on a real engine, if one can be had
 	$(BIN)/python -m pytest -m docker -rs tests/docker

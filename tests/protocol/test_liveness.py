@@ -51,15 +51,19 @@ class TestStopped:
             pool.wait_ready()
             stopped.send_signal(signal.SIGSTOP)
             assert yaws(pool, range(10)) == list(range(10))
-            assert pool.statistics.losses == 5
+            # Half of the calls, or less: whoever answers while others are still submitted has fewer in hand.
+            lost = pool.statistics.losses
+            assert 1 <= lost <= 5
             assert yaws(pool, range(10)) == list(range(10))
-            assert pool.statistics.losses == 5, "a suspect was given calls"
+            assert pool.statistics.losses == lost, "a suspect was given calls"
             stopped.send_signal(signal.SIGCONT)
-            wait_until(lambda: pool.statistics.late_replies == 5)
+            wait_until(lambda: pool.statistics.late_replies == lost)
             answered = [pong.progress for pong in pool.ping()]
             assert yaws(pool, range(10)) == list(range(10))
-            assert [pong.progress for pong in pool.ping()] == [count + 5 for count in answered]
-            assert pool.statistics.losses == 5
+            more = [pong.progress - count for pong, count in zip(pool.ping(), answered, strict=True)]
+            assert sum(more) == 10
+            assert min(more) > 0
+            assert pool.statistics.losses == lost
 
     def test_without_another_it_answers_once_it_goes_on(self, address, start):
         stopped = start("serves_scenes")
