@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 from perception_worker.backend import input_size, network_name, open_network, quick_search_size
-from perception_worker.models import KNOWN, OPENPOSE_MOBILENET_THIN
+from perception_worker.models import DEFAULTS, KNOWN, OPENPOSE_MOBILENET_THIN
 from perception_worker.onnxruntime_engine import OnnxRuntimeEngine
 from perception_worker.openvino_engine import OpenVinoEngine
 from protocol.config import PerceptionConfig
@@ -189,28 +189,33 @@ class TestNotFinite:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", [network.name for network in DEFAULTS])
 class TestRealNetwork:
     @pytest.fixture
     def photograph(self, astronaut):
         return astronaut
 
-    def test_openvino_in_f32_gives_what_onnx_runtime_gives(self, photograph):
-        one, other = (open_network(PerceptionConfig(backend=backend)) for backend in ("openvino", "onnxruntime"))
+    def test_openvino_in_f32_gives_what_onnx_runtime_gives(self, name, photograph):
+        one, other = (
+            open_network(PerceptionConfig(network=name, backend=backend)) for backend in ("openvino", "onnxruntime")
+        )
         difference = np.abs(seen_by(one, photograph) - seen_by(other, photograph))
         assert difference.max() < 1e-4
 
     @BOTH
-    def test_one_thread_and_two_give_the_same_bytes(self, photograph, backend):
-        one, two = (open_network(PerceptionConfig(backend=backend, threads=threads)) for threads in (1, 2))
+    def test_one_thread_and_two_give_the_same_bytes(self, name, photograph, backend):
+        one, two = (
+            open_network(PerceptionConfig(network=name, backend=backend, threads=threads)) for threads in (1, 2)
+        )
         assert seen_by(one, photograph).tobytes() == seen_by(two, photograph).tobytes()
 
-    def test_the_same_frame_gives_the_same_bytes_again(self, photograph):
-        network = open_network(PerceptionConfig())
+    def test_the_same_frame_gives_the_same_bytes_again(self, name, photograph):
+        network = open_network(PerceptionConfig(network=name))
         assert seen_by(network, photograph).tobytes() == seen_by(network, photograph).tobytes()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in KNOWN if not name.startswith("openpose")])
+@pytest.mark.parametrize("name", [name for name in KNOWN if KNOWN[name] not in DEFAULTS])
 class TestOtherRealNetwork:
     @pytest.fixture(autouse=True)
     def pulled(self, name):
