@@ -1,11 +1,16 @@
-"""The loop: act, send, learn while the pictures are under way, receive, observe.
+"""The loop: learn while the pictures of a step are under way, receive some, act on them and send them on, observe.
 
 What is learned in a step comes from the transitions up to the step before, however fast the workers are. So a training
 depends on its configuration and its seed alone; and between two steps, `state` is all that it depends on.
+
+Off policy, the drones fly on in two groups: one waits for its pictures while the other's are taken. So the workers have
+work while the agent decides, keeps its books and begins to learn. On policy, an action's step must be observed before
+the next one is chosen, so all drones wait for each other.
 """
 
 import logging
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +30,7 @@ from agent.logbook import Clocks, Logbook
 from agent.observer import NOBODY, Observer
 from agent.policies import Policy, scripted
 from agent.replay_journal import ReplayJournal
+from agent.spaces import ACTION_SIZE
 from agent.vector_hover import StepResult, VectorHover
 from agent.weights import FILE_NAME, save_weights
 from protocol.arrays import Float32Array
@@ -48,12 +54,24 @@ class Records(Struct, frozen=True, eq=False, kw_only=True):
     checkpoints: Checkpoints
 
 
+_GROUPS = 2
+"""Of drones that fly on together, off policy. It is part of what a training depends on: each draws its own noise."""
+
+
 class _UnderWay(Struct, frozen=True, eq=False):
-    """A step that was begun: what is flown, and once it was learned, what came of that and how many seconds it took."""
+    """A step that was begun.
+
+    Attributes:
+        actions: (n, 3) what is flown.
+        learned: once it was learned, what came of that.
+        learning: seconds that it took.
+        ahead: (k, 3) what the first drones fly in the step after it, as far as that was chosen.
+    """
 
     actions: Float32Array
     learned: Losses | None = None
     learning: float = 0.0
+    ahead: Float32Array | None = None
 
 
 class Training:
@@ -77,6 +95,7 @@ class Training:
         self._records = records
         self._clocks = clocks
         self._stop = stop
+        self._groups = _groups(env.num_envs, _GROUPS if learner.off_policy else 1)
         self._logbook = Logbook(records.journal, config, clocks)
         self._phase: Phase = "prefill" if learner.off_policy and config.training.prefill else "training"
         self._done = 0
@@ -144,7 +163,7 @@ class Training:
         self._logbook.write_progress()
         while self._done < steps and not self._stop():
             begun = self._clocks.steady()
-            self._step(policy)
+            self._step(policy, last=self._done + self._env.num_envs >= steps)
             self._done += self._env.num_envs
             if self._phase == "training":
                 self._seconds += self._clocks.steady() - begun
@@ -153,24 +172,49 @@ class Training:
         self._logbook.write_progress()
         return self._done >= steps
 
-    def _step(self, policy: Policy) -> None:
-        """Fly a step, or one that failed once more, without choosing or learning again."""
+    def _step(self, policy: Policy, *, last: bool) -> None:
+        """Fly a step, or one that failed once more, without choosing or learning again; begin the next but for `last`.
+
+        What was chosen and learned stands in `_under_way` before anything that may fail.
+        """
         observations = self._env.observations
-        step = self._under_way or _UnderWay(policy(observations, self._env.flights))
-        self._under_way = step
-        self._env.send(step.actions)
-        if step.learned is None:
-            begun = self._clocks.steady()
-            learned = self._learner.learn()
-            step = replace(step, learned=learned, learning=self._clocks.steady() - begun)
-            self._under_way = step
+        step = self._under_way = self._under_way or _UnderWay(self._chosen(observations, policy))
+        if not self._env.is_under_way:
+            self._env.send(step.actions)
+        step = self._under_way = self._learned(step)
+        if self._learner.off_policy and not last:
+            for group in self._groups:
+                step = self._flown_on(step, policy, group)
         result = self._env.receive()
-        self._under_way = None
+        self._under_way = None if step.ahead is None else _UnderWay(step.ahead)
         transition = transition_of(observations, step.actions, result)
         self._learner.observe(transition)
         if self._records.replay is not None:
             self._records.replay.append(transition)
         self._logbook.enter(self._env.num_envs, result[-1], step.learned or {}, step.learning)
+
+    def _learned(self, step: _UnderWay) -> _UnderWay:
+        """The step once it was learned in."""
+        if step.learned is not None:
+            return step
+        begun = self._clocks.steady()
+        learned = self._learner.learn()
+        return replace(step, learned=learned, learning=self._clocks.steady() - begun)
+
+    def _chosen(self, observations: Float32Array, policy: Policy) -> Float32Array:
+        """What all drones fly, chosen as it would have been ahead."""
+        flights = self._env.flights
+        return np.concatenate([policy(observations[group], flights[group]) for group in self._groups])
+
+    def _flown_on(self, step: _UnderWay, policy: Policy, group: slice) -> _UnderWay:
+        """The step once a group of drones has its pictures and has begun the next one."""
+        observations, flights = self._env.receive_first(group.stop)
+        ahead = np.empty((0, ACTION_SIZE), np.float32) if step.ahead is None else step.ahead
+        if len(ahead) < group.stop:
+            ahead = np.concatenate([ahead, policy(observations[group], flights[group])])
+            step = self._under_way = replace(step, ahead=ahead)
+        self._env.fly_on(ahead[group])
+        return step
 
     def _explore(self, observations: Float32Array, flights: object) -> Float32Array:
         return self._learner.act(observations, explore=True)
@@ -264,6 +308,12 @@ class Training:
             "steps": str(self._trained),
             "updates": str(self._learner.updates),
         }
+
+
+def _groups(drones: int, count: int) -> list[slice]:
+    """All drones in so many groups of neighbours, none of them empty."""
+    edges = [round(drones * number / count) for number in range(count + 1)]
+    return [slice(first, end) for first, end in pairwise(edges) if first < end]
 
 
 def transition_of(observations: Float32Array, actions: Float32Array, result: StepResult) -> Transition:

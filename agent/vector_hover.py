@@ -2,7 +2,8 @@
 
 Whether a flight is over is settled by its move, before any picture is taken. So the last pictures of finished flights
 and the first ones of those that follow go out together, and nothing depends on the order in which answers come back.
-The first picture of the episode that begins next is asked for while the others fly.
+The first picture of the episode that begins next is asked for while the others fly. And drones whose pictures are there
+may fly on while those of the others come, so that the workers never wait for whoever decides.
 """
 
 from collections.abc import Sequence
@@ -58,6 +59,9 @@ class _Landed(Struct, frozen=True, eq=False):
 class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
     """`num_envs` of `vantage/Hover-v0`, with `step` split into `send` and `receive` so that one can learn in between.
 
+    Between these, `receive_first` and `fly_on` may begin the next step of all drones, some at a time, in their order:
+    then `receive` ends the one step with the other under way. Each step is the same to the bit either way.
+
     A finished flight is followed by the next episode in the same step; its last observation and info are in
     `infos["final_obs"]` and `infos["final_info"]`. With autoreset disabled it stays where it is, with reward 0.
     """
@@ -86,8 +90,8 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         self._follows = autoreset_mode is AutoresetMode.SAME_STEP
         self._run_seed = 0
         self._begun = 0
-        self._under_way: list[_UnderWay] | None = None
         self._upcoming = Upcoming()
+        self._drop_steps()
 
     def reset(
         self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None
@@ -98,7 +102,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
             seed: the run's, from which follow those of its episodes 0, 1, 2, …; or the first episodes' own, one a
                 drone; or none, to go on with the run's next episodes.
         """
-        self._under_way = None
+        self._drop_steps()
         self._upcoming.forget()
         if not isinstance(seed, Sequence):
             self._begin_run(None if seed is None else int(seed))
@@ -124,12 +128,17 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a `state` of an environment of the same configuration."""
-        self._under_way = None
+        self._drop_steps()
         self._upcoming.forget()
         self._run_seed, self._begun = state["run_seed"], state["begun"]
         self.flights = tuple(flight_of(flight) for flight in state["flights"])
         for name, rng in self._generators().items():
             rng.bit_generator.state = state["generators"][name]
+
+    @property
+    def is_under_way(self) -> bool:
+        """Whether a step was sent, or begun by `fly_on`, and not received yet."""
+        return bool(self._under_way)
 
     def send(self, actions: ArrayLike) -> None:
         """Fly every drone for a step and start all the pictures that it takes.
@@ -139,22 +148,41 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         """
         if not self.flights:
             raise ResetNeeded("no episode was begun: call reset() first")
-        if self._under_way is not None:
+        if self.is_under_way:
             raise AlreadyPendingCallError("a step is under way already: call receive() first", "send")
-        velocities = require_actions(actions, (self.num_envs, ACTION_SIZE))
-        moved = [
-            flight if flight.over else move(self.config, flight, velocity)
-            for flight, velocity in zip(self.flights, velocities, strict=True)
-        ]
-        following = self._following(moved)
-        self._under_way = [
-            _UnderWay(
-                looking=Looking(flight) if before.over else self._looking(flight),
-                following=after,
-                flew=not before.over,
-            )
-            for before, flight, after in zip(self.flights, moved, following, strict=True)
-        ]
+        self._under_way = self._sent(self.flights, require_actions(actions, (self.num_envs, ACTION_SIZE)))
+
+    def receive_first(self, drones: int) -> tuple[Float32Array, tuple[Flight, ...]]:
+        """Wait for the pictures of the first so many drones: what they see now (k, 111), and their flights.
+
+        The step is over once `receive` has the others as well; until then `flights` and `state` are those before it.
+
+        Raises:
+            CallFailed: a picture did not come; see `receive`.
+        """
+        if not self._under_way:
+            raise NoAsyncCallError("no step is under way: call send() first", "receive_first")
+        self._prepare()
+        try:
+            while len(self._landed) < drones:
+                self._landed.append(self._land(self._under_way[len(self._landed)]))
+        except BaseException:
+            self._drop_steps()
+            raise
+        flights = tuple(step.current[0] for step in self._landed[:drones])
+        return np.stack([observed(flight) for flight in flights]), flights
+
+    def fly_on(self, actions: ArrayLike) -> None:
+        """Begin the next step of the next drones whose pictures are there; actions (k, 3) in the drones' order.
+
+        Raises:
+            InvalidInput: an action is not three finite numbers, or there are more than drones that could fly on.
+        """
+        waiting = [step.current[0] for step in self._landed[len(self._ahead) :]]
+        velocities = require_actions(actions, (np.size(actions) // ACTION_SIZE, ACTION_SIZE))
+        if len(velocities) > len(waiting):
+            raise InvalidInput(f"{len(velocities)} drones are to fly on where {len(waiting)} have their pictures")
+        self._ahead += self._sent(waiting[: len(velocities)], velocities)
 
     def receive(self) -> StepResult:
         """Wait for the pictures of the step under way; observations (n, 111), rewards, terminated, truncated, infos.
@@ -162,15 +190,15 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         Raises:
             CallFailed: a picture did not come; the episodes stand as before `send`, which may be called again.
         """
-        if self._under_way is None:
-            raise NoAsyncCallError("no step is under way: call send() first", "receive")
-        under_way, self._under_way = self._under_way, None
-        self._prepare(under_way)
-        landed = [self._landed(step) for step in under_way]
-        self.flights = tuple(step.current[0] for step in landed)
+        if len(self._ahead) not in (0, self.num_envs):
+            raise AlreadyPendingCallError("some drones have flown on and some have not: call fly_on()", "receive")
+        observations, flights = self.receive_first(self.num_envs)
+        landed, self._under_way = self._landed, self._ahead
+        self._landed, self._ahead = [], []
+        self.flights = flights
         self._begun += sum(step.following is not None for step in landed)
         return (
-            self.observations,
+            observations,
             np.array([step.reward for step in landed]),
             np.array([step.flew and step.flight.ended_badly for step in landed]),
             np.array([step.flew and step.flight.outcome == "truncated" for step in landed]),
@@ -206,9 +234,25 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
             return list(seed)
         return [episode_seed(self._run_seed, self._begun + index) for index in range(self.num_envs)]
 
+    def _sent(self, flights: Sequence[Flight], velocities: Float64Array) -> list[_UnderWay]:
+        """Move drones and start the pictures that their steps take."""
+        moved = [
+            flight if flight.over else move(self.config, flight, velocity)
+            for flight, velocity in zip(flights, velocities, strict=True)
+        ]
+        following = self._following(moved)
+        return [
+            _UnderWay(
+                looking=Looking(flight) if before.over else self._looking(flight),
+                following=after,
+                flew=not before.over,
+            )
+            for before, flight, after in zip(flights, moved, following, strict=True)
+        ]
+
     def _following(self, moved: list[Flight]) -> list[Looking | None]:
         """The episodes that follow those that are over, in the drones' order."""
-        number = self._begun
+        number = self._next_number
         following: list[Looking | None] = []
         for flight in moved:
             ends = flight.over and self._follows
@@ -216,11 +260,21 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
             number += ends
         return following
 
-    def _prepare(self, under_way: list[_UnderWay]) -> None:
-        """Take off the episode after those that begin in the step under way."""
+    @property
+    def _next_number(self) -> int:
+        """That of the episode after those which begin in the steps under way."""
+        return self._begun + sum(step.following is not None for step in (*self._under_way, *self._ahead))
+
+    def _prepare(self) -> None:
+        """Take off the next episode."""
         if self._follows:
-            number = self._begun + sum(step.following is not None for step in under_way)
-            self._upcoming.prepare(number, self._begin_episode)
+            self._upcoming.prepare(self._next_number, self._begin_episode)
+
+    def _drop_steps(self) -> None:
+        """Forget what is under way: the step of all drones, those of them that have landed, and the steps after it."""
+        self._under_way: list[_UnderWay] = []
+        self._landed: list[_Landed] = []
+        self._ahead: list[_UnderWay] = []
 
     def _begin_episode(self, number: int) -> Looking:
         return self._looking(self._taken_off(episode_seed(self._run_seed, number)))
@@ -228,7 +282,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
     def _taken_off(self, seed: int) -> Flight:
         return take_off(self.config, seed, self._eyes.sample(seed, self._split))
 
-    def _landed(self, step: _UnderWay) -> _Landed:
+    def _land(self, step: _UnderWay) -> _Landed:
         flight, times = step.looking.landed()
         flight, reward = earn(self.config, flight) if step.flew else (flight, 0.0)
         return _Landed(flight, reward, step.flew, times, step.following.landed() if step.following else None)

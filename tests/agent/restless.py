@@ -21,7 +21,7 @@ class Restless:
     def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
         env = self._env
         drawn = random.random() + np.random.random() + env.np_random.random()  # noqa: NPY002
-        drawn += env.action_space.sample() + env.single_action_space.sample()
+        drawn += env.action_space.sample()[: len(observations)] + env.single_action_space.sample()
         return self._learner.act(observations, explore=explore) + (0.01 * drawn).astype(np.float32)
 
     def __getattr__(self, name: str) -> Any:

@@ -196,6 +196,7 @@ def test_these_are_all_parts(interrupted, name: str) -> None:
     state = read_checkpoint(newest(interrupted(name))).state()
     assert set(leaves(state)) == set(PARTS[name]) | (set(OF_A_WHOLE_ROLLOUT) if name == "ppo" else set())
     assert state["loop"]["under_way"]["learned"] is not None
+    assert (state["loop"]["under_way"]["ahead"] is not None) == (name == "sac"), "on policy, nothing is chosen ahead"
     networks = {one.partition(".")[0] for one in read_checkpoint(newest(interrupted(name))).weights()}
     assert networks == set(NETWORKS[name])
 

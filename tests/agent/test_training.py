@@ -12,7 +12,7 @@ from agent.learner import Learner, make_learner
 from agent.training import transition_of
 from agent.vector_hover import VectorHover
 from agent.weights import load_weights
-from protocol.config import EnvironmentConfig, TrainingConfig
+from protocol.config import EnvironmentConfig, RunConfig, TrainingConfig
 from protocol.records import Episode, Progress, Summary
 from tests.agent.analytic_eyes import TIMING, AnalyticEyes
 from tests.agent.trainings import CONFIG, trained
@@ -21,12 +21,12 @@ from tests.agent.trainings import CONFIG, trained
 class Recorder:
     """A learner that notes what is done with it, in order."""
 
-    off_policy = True
     updates = 0
     memory_steps = 0
 
-    def __init__(self, learner: Learner) -> None:
+    def __init__(self, learner: Learner, *, off_policy: bool) -> None:
         self.learner = learner
+        self.off_policy = off_policy
         self.done: list[str] = []
 
     def act(self, observations, *, explore):
@@ -98,21 +98,42 @@ def test_the_same_seed_trains_the_same_weights_however_the_workers_answer(tmp_pa
     assert not all(np.array_equal(one[name], other[name]) for name in one)
 
 
-def test_learning_goes_on_while_pictures_are_under_way_and_before_they_are_observed(tmp_path) -> None:
-    learner = Recorder(make_learner(CONFIG.learner, CONFIG.environment, seed=0))
+def noted(tmp_path: Path, config: RunConfig, *, off_policy: bool) -> list[str]:
+    """What a training of four drones does, in order."""
+    learner = Recorder(make_learner(config.learner, config.environment, seed=0), off_policy=off_policy)
 
     class Env(VectorHover):
         def send(self, actions) -> None:
             learner.done.append("send")
             super().send(actions)
 
-        def receive(self):
-            learner.done.append("receive")
-            return super().receive()
+        def receive_first(self, drones):
+            if drones > len(self._landed):
+                learner.done.append(f"receive {drones}")
+            return super().receive_first(drones)
 
-    config = replace(CONFIG, training=TrainingConfig(steps=4, prefill=0))
+        def fly_on(self, actions) -> None:
+            learner.done.append(f"fly on {len(actions)}")
+            super().fly_on(actions)
+
     trained(tmp_path, config, learner=learner, env=Env(AnalyticEyes(), config=config.environment))
-    assert learner.done == ["act", "send", "learn", "receive", "observe"] * 2
+    return learner.done
+
+
+FOUR_DRONES = replace(
+    CONFIG, environment=replace(CONFIG.environment, num_envs=4), training=TrainingConfig(steps=12, prefill=0)
+)
+
+
+def test_half_of_the_drones_fly_on_while_the_pictures_of_the_others_come(tmp_path) -> None:
+    by_halves = ["learn", "receive 2", "act", "fly on 2", "receive 4", "act", "fly on 2", "observe"]
+    done = noted(tmp_path, FOUR_DRONES, off_policy=True)
+    assert done == ["act", "act", "send", *by_halves, *by_halves, "learn", "receive 4", "observe"]
+
+
+def test_on_policy_a_step_is_observed_before_the_next_is_chosen(tmp_path) -> None:
+    done = noted(tmp_path, FOUR_DRONES, off_policy=False)
+    assert done == ["act", "send", "learn", "receive 4", "observe"] * 3
 
 
 def test_ppo_trains_by_one_line_of_the_configuration(tmp_path) -> None:

@@ -253,6 +253,74 @@ def test_a_lost_picture_leaves_all_episodes_as_they_were() -> None:
     assert np.array_equal(env.step(actions_of(0))[0], untouched.step(actions_of(0))[0])
 
 
+def in_groups(env: VectorHover, actions: np.ndarray, following: np.ndarray | None, groups: list[slice]):
+    """A step that some drones end before others do, who fly on meanwhile; what it came to."""
+    if not env.is_under_way:
+        env.send(actions)
+    for group in groups if following is not None else []:
+        observations, flights = env.receive_first(group.stop)
+        assert len(observations) == len(flights) == group.stop
+        env.fly_on(following[group])
+    return env.receive()
+
+
+@pytest.mark.parametrize("groups", [[slice(0, 1), slice(1, 3)], [slice(0, 3)], [slice(0, 1), slice(1, 2), slice(2, 3)]])
+def test_drones_that_fly_on_in_groups_fly_as_those_that_wait_for_each_other(eyes: AnalyticEyes, groups) -> None:
+    """Over the ends of flights, so that the numbers of those that follow count too."""
+    grouped, together = VectorHover(eyes, config=SHORT), VectorHover(eyes, config=SHORT)
+    for env in (grouped, together):
+        env.reset(seed=7)
+    steps = 11
+    for step in range(steps):
+        following = actions_of(step + 1) if step < steps - 1 else None
+        found = in_groups(grouped, actions_of(step), following, groups)
+        for one, other in zip(found, together.step(actions_of(step)), strict=True):
+            assert data_equivalence(one, other)
+        assert data_equivalence(grouped.state(), together.state()), "as if nothing were under way"
+    assert not grouped.is_under_way
+
+
+def test_a_picture_lost_after_some_drones_have_flown_on_leaves_all_episodes_as_they_were() -> None:
+    answers = iter([True] * 3 + [True, True, False, True, True] + [True] * 12)
+
+    def deliver(pending, observation) -> None:
+        if next(answers):
+            pending.succeed(observation, TIMING)
+        else:
+            pending.fail(WorkerLost("perception died"), TIMING)
+
+    env, untouched = VectorHover(AnalyticEyes(deliver), config=SHORT), VectorHover(AnalyticEyes(), config=SHORT)
+    for one in (env, untouched):
+        one.reset(seed=4)
+    before = env.state()
+    env.send(actions_of(0))
+    env.receive_first(2)
+    env.fly_on(actions_of(1)[:2])
+    with pytest.raises(WorkerLost):
+        env.receive_first(3)
+    assert data_equivalence(env.state(), before)
+    assert not env.is_under_way
+    for step in range(2):
+        assert np.array_equal(env.step(actions_of(step))[0], untouched.step(actions_of(step))[0])
+
+
+def test_only_drones_whose_pictures_are_there_fly_on(eyes: AnalyticEyes) -> None:
+    env = VectorHover(eyes, config=SHORT)
+    env.reset(seed=0)
+    with pytest.raises(NoAsyncCallError):
+        env.receive_first(1)
+    env.send(actions_of(0))
+    env.receive_first(2)
+    for actions in (actions_of(1), [[0.0, np.nan, 0.0]], [0.0, 0.0]):
+        with pytest.raises(InvalidInput):
+            env.fly_on(actions)
+    env.fly_on(actions_of(1)[:1])
+    with pytest.raises(InvalidInput):
+        env.fly_on(actions_of(1)[1:])
+    with pytest.raises(AlreadyPendingCallError):
+        env.receive()
+
+
 def test_an_impossible_action_of_one_drone_moves_none(eyes: AnalyticEyes) -> None:
     env = VectorHover(eyes, config=SHORT)
     env.reset(seed=0)
