@@ -43,13 +43,14 @@ class _UnderWay(Struct, frozen=True, eq=False):
 
 
 class _Landed(Struct, frozen=True, eq=False):
-    """One drone's step with its pictures back."""
+    """One drone's step with its pictures back, and what the drone sees now: in its next flight, where that is over."""
 
     flight: Flight
     reward: float
     flew: bool
     times: StageTimes
     following: tuple[Flight, StageTimes] | None
+    observation: Float32Array
 
     @property
     def current(self) -> tuple[Flight, StageTimes]:
@@ -107,7 +108,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         if not isinstance(seed, Sequence):
             self._begin_run(None if seed is None else int(seed))
         looking = [self._looking(self._taken_off(one)) for one in self._first_seeds(seed)]
-        landed = [_Landed(flight, 0.0, False, times, None) for flight, times in [one.landed() for one in looking]]
+        landed = [self._land(_UnderWay(one, None, flew=False)) for one in looking]
         self.flights = tuple(step.flight for step in landed)
         self._begun += self.num_envs
         return self.observations, self._infos(landed)
@@ -169,8 +170,8 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         except BaseException:
             self._drop_steps()
             raise
-        flights = tuple(step.current[0] for step in self._landed[:drones])
-        return np.stack([observed(flight) for flight in flights]), flights
+        landed = self._landed[:drones]
+        return np.stack([step.observation for step in landed]), tuple(step.current[0] for step in landed)
 
     def fly_on(self, actions: ArrayLike) -> None:
         """Begin the next step of the next drones whose pictures are there; actions (k, 3) in the drones' order.
@@ -285,7 +286,9 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
     def _land(self, step: _UnderWay) -> _Landed:
         flight, times = step.looking.landed()
         flight, reward = earn(self.config, flight) if step.flew else (flight, 0.0)
-        return _Landed(flight, reward, step.flew, times, step.following.landed() if step.following else None)
+        following = step.following.landed() if step.following else None
+        observation = observed(following[0] if following else flight)
+        return _Landed(flight, reward, step.flew, times, following, observation)
 
     def _infos(self, landed: list[_Landed]) -> dict[str, Any]:
         infos: dict[str, Any] = {}
