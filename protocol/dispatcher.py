@@ -150,9 +150,11 @@ class Dispatcher:
             descriptors = [self._mailbox.fileno(), *map(descriptor, self._sockets())]
             self._asleep_until = -math.inf if self._has_input() else self._due()
             patience = poll_timeout(self._asleep_until - self._clock())
-        wait_for_input(descriptors, patience)
+        woken = wait_for_input(descriptors, patience)
         with self._sockets_in_use:
-            self._admit()
+            if self._mailbox.fileno() in woken:
+                self._mailbox.hear()
+                self._admit()
             for connection in self._connections:
                 self._attend(connection)
             self._relieve_suspects()
@@ -160,9 +162,8 @@ class Dispatcher:
             self._send_waiting()
 
     def _attend(self, connection: Connection) -> None:
-        if any(has_input(socket) for socket in connection.sockets):
-            for answer in connection.receive():
-                self._settle(connection, answer)
+        for answer in connection.receive():
+            self._settle(connection, answer)
         for call in connection.take_lost():
             self._lose(call)
         connection.tend()

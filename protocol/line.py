@@ -11,7 +11,7 @@ from zmq.utils.monitor import recv_monitor_message
 
 from protocol.limits import Limits
 from protocol.security import Curve
-from protocol.sockets import Context, Socket, connect_dealer
+from protocol.sockets import Context, Socket, connect_dealer, has_input
 from protocol.timeouts import Timeouts
 
 _WATCHED = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_HANDSHAKE_FAILED_AUTH | zmq.EVENT_DISCONNECTED
@@ -51,7 +51,7 @@ class Line:
     def events(self) -> list[LineEvent]:
         """What has happened since the last time."""
         events: list[LineEvent] = []
-        while self.monitor.poll(0):
+        while has_input(self.monitor):
             events.append(_EVENTS.get(int(recv_monitor_message(self.monitor)["event"]), LineEvent.BROKEN))
         return events
 

@@ -204,12 +204,14 @@ class Listener:
             sockets = (self._socket, *(self._guard.monitors if self._guard else ()))
             descriptors = [self._mailbox.fileno(), *map(descriptor, sockets)]
             patience = 0 if any(map(has_input, sockets)) else None
-        wait_for_input(descriptors, patience)
+        woken = wait_for_input(descriptors, patience)
         with self._socket_in_use:
-            self._empty_mailbox()
+            if self._mailbox.fileno() in woken:
+                self._mailbox.hear()
+                self._empty_mailbox()
             if self._guard is not None:
                 self._guard.look()
-            for arrival in arrivals(self._socket, self._limits):
+            for arrival in arrivals(self._socket, self._limits, keyed=self._guard is not None):
                 self._take(arrival)
             self._end_if_drained()
 
