@@ -132,8 +132,13 @@ class Connection:
 
     @property
     def sockets(self) -> tuple[Socket, ...]:
-        """What to wait on for `receive`."""
+        """Where something may come for `receive`."""
         return () if self._is_closed else self._line.sockets
+
+    @property
+    def descriptors(self) -> tuple[int, ...]:
+        """What to wait on for `receive`."""
+        return () if self._is_closed else self._line.descriptors
 
     def send(self, call: Call) -> None:
         """Send a call to the worker, which holds it from then on."""

@@ -160,16 +160,16 @@ def arrivals(socket: Socket, limits: Limits, *, keyed: bool = False, most: int =
     Args:
         keyed: whether whoever sends them has proved a key.
     """
+    kept = limits.parts + 2
     for _ in range(most):
         # Asked first, since to be refused by the socket takes longer.
         if not has_input(socket):
             return
-        parts: list[Part] = []
         part = socket.recv(_AT_ONCE, copy=False)
-        parts.append(_taken(part))
+        parts = [_taken(part)]
         while part.more:
             part = socket.recv(copy=False)
-            if len(parts) <= limits.parts + 1:
+            if len(parts) < kept:
                 parts.append(_taken(part))
         yield Arrival(parts, str(part.get("User-Id")), str(part.get("Peer-Address"))) if keyed else Arrival(parts)
 
