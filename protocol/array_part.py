@@ -53,7 +53,7 @@ def array_part(array: AnyArray) -> tuple[str, Part]:
         raise InvalidInput(f"an array of {name} can't be sent; one of {', '.join(ELEMENT_TYPES)} can")
     ordered = np.asarray(array, dtype=ELEMENT_TYPES[name], order="C")
     # A memoryview of an empty array can't be cast to bytes.
-    return name, ordered.reshape(-1).data.cast("B") if ordered.size else b""
+    return name, ordered.data.cast("B") if ordered.size else b""
 
 
 class ArrayParts:

@@ -150,9 +150,10 @@ def _require_caps(body: Part, arrays: Sequence[Part], limits: Limits) -> None:
         raise LimitExceeded(f"a message with {len(arrays)} arrays; {limits.arrays} are allowed")
     if len(body) > limits.body_bytes:
         raise LimitExceeded(f"a body of {len(body)} bytes; {limits.body_bytes} are allowed")
-    for array in arrays:
-        if len(array) > limits.array_bytes:
-            raise LimitExceeded(f"an array of {len(array)} bytes; {limits.array_bytes} are allowed")
-    total = len(body) + sum(len(array) for array in arrays)
+    sizes = list(map(len, arrays))
+    for size in sizes:
+        if size > limits.array_bytes:
+            raise LimitExceeded(f"an array of {size} bytes; {limits.array_bytes} are allowed")
+    total = len(body) + sum(sizes)
     if total > limits.message_bytes:
         raise LimitExceeded(f"a message of {total} bytes; {limits.message_bytes} are allowed")

@@ -132,8 +132,13 @@ class Connection:
 
     @property
     def sockets(self) -> tuple[Socket, ...]:
-        """What to wait on for `receive`."""
+        """Where something may come for `receive`."""
         return () if self._is_closed else self._line.sockets
+
+    @property
+    def descriptors(self) -> tuple[int, ...]:
+        """What to wait on for `receive`."""
+        return () if self._is_closed else self._line.descriptors
 
     def send(self, call: Call) -> None:
         """Send a call to the worker, which holds it from then on."""
@@ -148,6 +153,8 @@ class Connection:
 
     def receive(self) -> Iterator[Answer]:
         """What came from the worker for the calls that it holds; then, whether the connection was made or broken."""
+        if self._is_closed:
+            return
         # Replies first: what a worker said before it was lost still counts.
         yield from self._replies()
         events = [] if self.phase is Phase.BROKEN else self._line.events()
@@ -218,7 +225,7 @@ class Connection:
 
     def tend(self) -> None:
         """Do what is due: open a broken connection again, ping a worker that holds calls or starts."""
-        if self.due is None or self._clock() < self.due:
+        if not self._has_duties or self._clock() < self._due:
             return
         if self._is_closed:
             self._open()
@@ -227,8 +234,10 @@ class Connection:
 
     @property
     def due(self) -> float | None:
-        """When `tend` has something to do next."""
-        return self._due if self._is_closed or self._wants_pings else None
+        """When `tend` may have something to do next."""
+        # A worker that holds no calls any more may soon hold the next. Whoever has planned to look after the last one
+        # is in time for that, and need not be told.
+        return self._due if self._has_duties or self._clock() < self._due else None
 
     def retire(self) -> list[Call]:
         """Drop the connection for good; returns the calls that the worker held."""
@@ -243,6 +252,10 @@ class Connection:
     def _is_closed(self) -> bool:
         """Whether there is no socket for now; `tend` opens the next one."""
         return self.phase is Phase.BROKEN or (self.phase is Phase.REFUSED and self._denial is not None)
+
+    @property
+    def _has_duties(self) -> bool:
+        return self._is_closed or self._wants_pings
 
     @property
     def _wants_pings(self) -> bool:

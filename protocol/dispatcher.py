@@ -11,7 +11,7 @@ import logging
 import math
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from msgspec import Struct
@@ -24,7 +24,7 @@ from protocol.failure import error_of
 from protocol.mailbox import Mailbox
 from protocol.messages import Failure
 from protocol.priority import go_first
-from protocol.sockets import Socket, descriptor, has_input, poll_timeout, wait_for_input
+from protocol.sockets import has_input, poll_timeout, wait_for_input
 from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)
@@ -147,12 +147,16 @@ class Dispatcher:
 
     def _turn(self) -> None:
         with self._sockets_in_use:
-            descriptors = [self._mailbox.fileno(), *map(descriptor, self._sockets())]
+            descriptors = [self._mailbox.fileno()]
+            for connection in self._connections:
+                descriptors.extend(connection.descriptors)
             self._asleep_until = -math.inf if self._has_input() else self._due()
             patience = poll_timeout(self._asleep_until - self._clock())
-        wait_for_input(descriptors, patience)
+        woken = wait_for_input(descriptors, patience)
         with self._sockets_in_use:
-            self._admit()
+            if self._mailbox.fileno() in woken:
+                self._mailbox.hear()
+                self._admit()
             for connection in self._connections:
                 self._attend(connection)
             self._relieve_suspects()
@@ -160,18 +164,14 @@ class Dispatcher:
             self._send_waiting()
 
     def _attend(self, connection: Connection) -> None:
-        if any(has_input(socket) for socket in connection.sockets):
-            for answer in connection.receive():
-                self._settle(connection, answer)
+        for answer in connection.receive():
+            self._settle(connection, answer)
         for call in connection.take_lost():
             self._lose(call)
         connection.tend()
 
-    def _sockets(self) -> Iterator[Socket]:
-        return itertools.chain.from_iterable(connection.sockets for connection in self._connections)
-
     def _has_input(self) -> bool:
-        return any(has_input(socket) for socket in self._sockets())
+        return any(has_input(socket) for connection in self._connections for socket in connection.sockets)
 
     def _due(self) -> float:
         """When there is something to do next, if nothing comes."""

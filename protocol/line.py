@@ -11,7 +11,7 @@ from zmq.utils.monitor import recv_monitor_message
 
 from protocol.limits import Limits
 from protocol.security import Curve
-from protocol.sockets import Context, Socket, connect_dealer
+from protocol.sockets import Context, Socket, connect_dealer, descriptor, has_input
 from protocol.timeouts import Timeouts
 
 _WATCHED = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_HANDSHAKE_FAILED_AUTH | zmq.EVENT_DISCONNECTED
@@ -34,6 +34,9 @@ _EVENTS: dict[int, LineEvent] = {
 class Line:
     """A socket that tries to connect until it has, and the monitor that tells so.
 
+    Attributes:
+        descriptors: of both, to wait on.
+
     Raises:
         AddressUnavailable: there can be nothing at the address.
     """
@@ -42,16 +45,17 @@ class Line:
         self, context: Context, address: str, timeouts: Timeouts, limits: Limits, curve: Curve | None = None
     ) -> None:
         self.socket, self.monitor = connect_dealer(context, address, timeouts, limits, _WATCHED, curve)
+        self.descriptors = descriptor(self.socket), descriptor(self.monitor)
 
     @property
     def sockets(self) -> tuple[Socket, Socket]:
-        """What to wait on."""
+        """Where something may come."""
         return self.socket, self.monitor
 
     def events(self) -> list[LineEvent]:
         """What has happened since the last time."""
         events: list[LineEvent] = []
-        while self.monitor.poll(0):
+        while has_input(self.monitor):
             events.append(_EVENTS.get(int(recv_monitor_message(self.monitor)["event"]), LineEvent.BROKEN))
         return events
 

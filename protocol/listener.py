@@ -10,7 +10,6 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from queue import Empty, SimpleQueue
 from typing import Any
 
 import psutil
@@ -22,6 +21,7 @@ from protocol.errors import NotPermitted, ProtocolError, VersionMismatch
 from protocol.failure import draining, failure_of, overloaded
 from protocol.header import ReplyHeader, RequestHeader
 from protocol.incarnation import new_incarnation
+from protocol.jobs import Jobs
 from protocol.limits import Limits
 from protocol.mailbox import Mailbox
 from protocol.message import Reply, Request
@@ -97,7 +97,7 @@ class Listener:
         self.turns = 0
         self.incarnation = new_incarnation()
         self.clock = clock
-        self.jobs: SimpleQueue[Job | None] = SimpleQueue()
+        self.jobs: Jobs[Job | None] = Jobs()
         self._socket = socket
         self._welcome = Welcome(
             version=PROTOCOL_VERSION,
@@ -204,12 +204,14 @@ class Listener:
             sockets = (self._socket, *(self._guard.monitors if self._guard else ()))
             descriptors = [self._mailbox.fileno(), *map(descriptor, sockets)]
             patience = 0 if any(map(has_input, sockets)) else None
-        wait_for_input(descriptors, patience)
+        woken = wait_for_input(descriptors, patience)
         with self._socket_in_use:
-            self._empty_mailbox()
+            if self._mailbox.fileno() in woken:
+                self._mailbox.hear()
+                self._empty_mailbox()
             if self._guard is not None:
                 self._guard.look()
-            for arrival in arrivals(self._socket, self._limits):
+            for arrival in arrivals(self._socket, self._limits, keyed=self._guard is not None):
                 self._take(arrival)
             self._end_if_drained()
 
@@ -317,8 +319,8 @@ class Listener:
             self._over = True
 
     def _end(self) -> None:
-        with contextlib.suppress(Empty):
-            while (job := self.jobs.get_nowait()) is not None:
+        for job in self.jobs.take_all():
+            if job is not None:
                 self._refuse(job.sender, job.number, job.request, draining())
         for _ in range(self._handlers):
             self.jobs.put(None)

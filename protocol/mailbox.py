@@ -18,7 +18,7 @@ class Mailbox(Generic[ItemT]):
     """A queue that wakes its reader out of a poll.
 
     Attributes:
-        was_signalled: whether a signal came in by `bell`, as far as the mailbox was emptied.
+        was_signalled: whether a signal came in by `bell`, as far as `hear` was called since.
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class Mailbox(Generic[ItemT]):
         self._writer.setblocking(False)
 
     def fileno(self) -> int:
-        """Readable when there may be something to take."""
+        """Readable when there may be something to take, until `hear`."""
         return self._reader.fileno()
 
     @property
@@ -62,11 +62,13 @@ class Mailbox(Generic[ItemT]):
         with contextlib.suppress(OSError):
             self._writer.send(b"\0")
 
-    def take(self) -> list[ItemT]:
-        """All that was put since the last time, in order."""
-        # The bytes go first: an item put in between leaves its byte for the next turn.
+    def hear(self) -> None:
+        """The reader is awake. To be called before `take`: what is put in between wakes it once more."""
         with contextlib.suppress(OSError):
             self.was_signalled |= any(self._reader.recv(4096))
+
+    def take(self) -> list[ItemT]:
+        """All that was put since the last time, in order."""
         items: list[ItemT] = []
         while self._items:
             items.append(self._items.popleft())

@@ -25,6 +25,12 @@ Socket: TypeAlias = zmq.Socket[bytes]
 BORROWED_FROM = 64 * KIB
 """Parts of this many bytes are sent and received without a copy; below, a copy is cheaper than the bookkeeping."""
 
+# As plain numbers: to combine two flags of zmq takes longer than to send a small part.
+_EVENTS = int(zmq.EVENTS)
+_INPUT = int(zmq.POLLIN)
+_AT_ONCE = int(zmq.DONTWAIT)
+_AT_ONCE_WITH_MORE = int(zmq.DONTWAIT) | int(zmq.SNDMORE)
+
 _REPLIES_WAITING = 1024
 """Replies kept for a client that does not take them; the next ones are dropped."""
 
@@ -128,8 +134,11 @@ def close_router(router: Socket) -> None:
 
 def send(socket: Socket, parts: Sequence[Part]) -> bool:
     """Hand a message to the socket; False where it goes nowhere (no connection, or one that is full)."""
+    *first, last = parts
     try:
-        socket.send_multipart(parts, flags=zmq.DONTWAIT, copy=False)
+        for part in first:
+            socket.send(part, _AT_ONCE_WITH_MORE, copy=len(part) < BORROWED_FROM)
+        socket.send(last, _AT_ONCE, copy=len(last) < BORROWED_FROM)
     except zmq.ZMQError as error:
         if error.errno in (zmq.EAGAIN, zmq.EHOSTUNREACH):
             return False
@@ -145,19 +154,22 @@ class Arrival(NamedTuple):
     address: str = ""
 
 
-def arrivals(socket: Socket, limits: Limits, most: int = 64) -> Iterator[Arrival]:
-    """The whole messages that wait in the socket, at most `most`; parts past the limit are dropped but for one."""
-    keyed = bool(socket.get(zmq.CURVE_SERVER))
+def arrivals(socket: Socket, limits: Limits, *, keyed: bool = False, most: int = 64) -> Iterator[Arrival]:
+    """The whole messages that wait in the socket, at most `most`; parts past the limit are dropped but for one.
+
+    Args:
+        keyed: whether whoever sends them has proved a key.
+    """
+    kept = limits.parts + 2
     for _ in range(most):
-        parts: list[Part] = []
-        try:
-            part = socket.recv(zmq.DONTWAIT, copy=False)
-        except zmq.Again:
+        # Asked first, since to be refused by the socket takes longer.
+        if not has_input(socket):
             return
-        parts.append(_taken(part))
+        part = socket.recv(_AT_ONCE, copy=False)
+        parts = [_taken(part)]
         while part.more:
             part = socket.recv(copy=False)
-            if len(parts) <= limits.parts + 1:
+            if len(parts) < kept:
                 parts.append(_taken(part))
         yield Arrival(parts, str(part.get("User-Id")), str(part.get("Peer-Address"))) if keyed else Arrival(parts)
 
@@ -170,7 +182,7 @@ def received(socket: Socket, limits: Limits) -> Iterator[list[Part]]:
 
 def has_input(socket: Socket) -> bool:
     """Whether a message waits in the socket."""
-    return bool(int(socket.get(zmq.EVENTS)) & zmq.POLLIN)
+    return bool(int(socket.get(_EVENTS)) & _INPUT)
 
 
 def descriptor(socket: Socket) -> int:
@@ -178,8 +190,8 @@ def descriptor(socket: Socket) -> int:
     return int(socket.get(zmq.FD))
 
 
-def wait_for_input(descriptors: Iterable[int], timeout_ms: int | None) -> None:
-    """Wait until something may have come; sockets may be used by other threads meanwhile.
+def wait_for_input(descriptors: Iterable[int], timeout_ms: int | None) -> list[int]:
+    """Wait until something may have come, and say where; sockets may be used by other threads meanwhile.
 
     `zmq.poll` uses a socket for as long as it waits. Its descriptor can be waited on by one thread while another sends,
     but tells of each change only once, to whoever uses the socket next: look with `has_input` before waiting, and wake
@@ -188,7 +200,7 @@ def wait_for_input(descriptors: Iterable[int], timeout_ms: int | None) -> None:
     poller = select.poll()
     for number in descriptors:
         poller.register(number, select.POLLIN)
-    poller.poll(timeout_ms)
+    return [number for number, _ in poller.poll(timeout_ms)]
 
 
 def poll_timeout(seconds: float) -> int:

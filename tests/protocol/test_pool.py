@@ -1,11 +1,13 @@
 """Calls are spread over workers, and a worker's end is another's work."""
 
 import threading
+import time
 from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, wait
 from contextlib import ExitStack
 
 import pytest
+from msgspec.structs import replace
 
 from protocol import Limits, Pool
 from protocol.errors import AddressUnavailable, DeadlineExceeded, InvalidInput, Rejected, WorkerLost, WrongRole
@@ -23,7 +25,7 @@ def addresses(address: str) -> tuple[str, str]:
 
 
 def pool_of(addresses, **options) -> Pool:
-    return Pool(addresses, role=Role.AGENT, serves=Role.RENDER, timeouts=PATIENT, **options)
+    return Pool(addresses, role=Role.AGENT, serves=Role.RENDER, **{"timeouts": PATIENT, **options})
 
 
 class Tally:
@@ -60,6 +62,23 @@ def test_calls_one_after_the_other_take_turns(addresses, tallies):
         for seed in range(10):
             assert pool.call(ask(seed)).scene.yaw == seed
     assert [tally.answered for tally in tallies] == [5, 5]
+
+
+def test_a_call_that_is_sent_at_once_does_not_wake_the_client_s_thread(address):
+    tally = Tally()
+    seldom_pinged = replace(PATIENT, heartbeat=15.0)
+    with serving(address, tally.handlers()), pool_of([address], timeouts=seldom_pinged) as pool:
+        pool.wait_ready()
+        pool.call(ask(0))
+        tally.may_go_on.clear()
+        # The thread may still be at work on the last reply.
+        time.sleep(0.2)
+        before = pool.turns
+        pending = pool.submit(ask(1))
+        time.sleep(0.2)
+        assert pool.turns == before
+        tally.may_go_on.set()
+        assert pending.result().scene.yaw == 1
 
 
 def test_a_call_goes_to_the_worker_with_the_fewest_in_hand(addresses, tallies):
