@@ -1,6 +1,6 @@
 """The episode that begins next, taken off before a flight ends, so that its first picture is there by then.
 
-A first picture takes many times as long as any other: a scene is staged, and the whole frame is looked at. All that it
+A first picture takes many times as long as any other: a scene is staged, and the person is searched for. All that it
 shows follows from the episode's number; so it may be asked for at any time, and is the same.
 """
 

@@ -86,7 +86,7 @@ def project(points: Float64Array, camera: Camera) -> Float64Array:
     transform = world_to_camera(camera.pose)
     x, y, depth = (points @ transform[:3, :3].T + transform[:3, 3]).T
     intrinsics = camera.intrinsics
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         return np.stack(
             [intrinsics.fx * x / depth + intrinsics.cx, intrinsics.fy * y / depth + intrinsics.cy, depth], axis=1
         )

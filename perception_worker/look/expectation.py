@@ -7,10 +7,11 @@ import numpy as np
 from perception_worker.lifting import BODY_REACH
 from perception_worker.look.region import around_person
 from perception_worker.network import People
-from protocol.arrays import Float64Array
+from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import Camera, project
 from protocol.observation import FilterState
 from protocol.region import Region
+from protocol.skeleton import JOINT_COUNT
 
 LEAST_JOINTS = 3
 """Joints that make somebody: fewer are nobody to look closer at, or somebody lost."""
@@ -24,6 +25,9 @@ _NEAREST = 0.2
 _MARGIN_DEVIATIONS = 0.5
 """By how many of the filter's deviations the region is wider. They are of qualities taken for m², which err on the wide
 side (docs/results.md)."""
+
+_SUPPOSED_DEVIATIONS = 1.0
+"""Likewise, of a filter that has yet to see somebody; what it starts with is a deviation indeed."""
 
 _GATE = 0.4
 """Metres that a joint may lie from where it is expected, besides the filter's deviation."""
@@ -41,19 +45,19 @@ class Expectation:
 
     Attributes:
         pixels: (18, 2) x and y of each joint, NaN where it is not known.
-        deviation: pixels that the joints are thought to be off.
+        reach: pixels by which the region is wider, since the joints may be off.
         gate: pixels from there, beyond which a joint is somebody else's.
     """
 
     pixels: Float64Array
-    deviation: float
+    reach: float
     gate: float
 
     def region(self, area: Region, aspect: float) -> Region | None:
         """The part of the picture to look at; None where it has to be all of it."""
         if _count(self.pixels) < LEAST_JOINTS:
             return None
-        return around_person(self.pixels, area, aspect, reach=_MARGIN_DEVIATIONS * self.deviation)
+        return around_person(self.pixels, area, aspect, reach=self.reach)
 
     def choose(self, people: People, keypoints: Float64Array) -> People:
         """Of all people in a picture the one who is expected, and everybody else.
@@ -77,8 +81,7 @@ class Expectation:
 
 def expected_by(state: FilterState, camera: Camera) -> Expectation | None:
     """Whom a filter expects in a camera's picture; None where it knows nobody yet, or nobody any more."""
-    deviation = np.sqrt((state.variance + state.process_noise[:, None]).mean(axis=1))
-    known = state.seen & (deviation <= _MOST_DEVIATION)
+    known = state.seen & (_deviation(state) <= _MOST_DEVIATION)
     if known.sum() < LEAST_JOINTS:
         return None
     middle = np.median(state.mean[known], axis=0)
@@ -86,14 +89,27 @@ def expected_by(state: FilterState, camera: Camera) -> Expectation | None:
     known &= np.linalg.norm(state.mean - middle, axis=1) <= BODY_REACH
     if known.sum() < LEAST_JOINTS:
         return None
+    return _placed(state, camera, known, _MARGIN_DEVIATIONS)
+
+
+def supposed_by(state: FilterState, camera: Camera) -> Expectation:
+    """Who may be in a camera's picture of somebody whom the filter does not know: whoever is where it begins to look.
+
+    That is at its means, give or take its deviations. Of a person who was lost, it is where they were.
+    """
+    return _placed(state, camera, np.ones(JOINT_COUNT, bool), _SUPPOSED_DEVIATIONS)
+
+
+def _placed(state: FilterState, camera: Camera, joints: BoolArray, margin: float) -> Expectation:
+    """Somebody of whom the filter tells some joints (18,), the region wider by `margin` of its deviations."""
     placed = project(state.mean, camera)
-    in_front = known & (placed[:, 2] >= _NEAREST)
+    in_front = joints & (placed[:, 2] >= _NEAREST)
     pixels = np.where(in_front[:, None], placed[:, :2], np.nan)
     if not in_front.any():
-        return Expectation(pixels, deviation=0.0, gate=1.0)
+        return Expectation(pixels, reach=0.0, gate=1.0)
     a_metre = camera.intrinsics.fx / float(np.median(placed[in_front, 2]))
-    unsure = float(np.median(deviation[in_front]))
-    return Expectation(pixels, deviation=unsure * a_metre, gate=(_GATE + unsure) * a_metre)
+    unsure = float(np.median(_deviation(state)[in_front]))
+    return Expectation(pixels, reach=margin * unsure * a_metre, gate=(_GATE + unsure) * a_metre)
 
 
 def expected_at(keypoints: Float64Array, cell: float) -> Expectation:
@@ -104,7 +120,12 @@ def expected_at(keypoints: Float64Array, cell: float) -> Expectation:
         cell: pixels of a cell of that look's heatmaps.
     """
     size = np.nanmax(keypoints, axis=0) - np.nanmin(keypoints, axis=0)
-    return Expectation(keypoints, deviation=0.0, gate=max(_GATE_OF_SIZE * float(size.max()), _GATE_OF_CELL * cell))
+    return Expectation(keypoints, reach=0.0, gate=max(_GATE_OF_SIZE * float(size.max()), _GATE_OF_CELL * cell))
+
+
+def _deviation(state: FilterState) -> Float64Array:
+    """(18,) metres that each joint is thought to be off."""
+    return np.sqrt((state.variance + state.process_noise[:, None]).mean(axis=1))
 
 
 def _count(pixels: Float64Array) -> int:

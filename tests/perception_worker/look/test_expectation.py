@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from perception_worker.look.expectation import expected_at, expected_by
+from perception_worker.look.expectation import expected_at, expected_by, supposed_by
 from perception_worker.network import People
 from protocol.camera import project
 from protocol.observation import FilterState
@@ -48,8 +48,8 @@ class TestWhoIsKnown:
     def test_somebody_where_the_joints_project_to(self):
         expected = expected_by(SOMEBODY, CAMERA)
         assert expected.pixels == pytest.approx(pixels_of(body()))
-        # At 4 m and a focal length of 457 pixels a metre is 114.25 pixels.
-        assert expected.deviation == pytest.approx(11.425, abs=0.01)
+        # At 4 m and a focal length of 457 pixels a metre is 114.25 pixels, and half of the deviation is 5 cm.
+        assert expected.reach == pytest.approx(5.712, abs=0.01)
 
     def test_not_by_a_joint_that_is_no_part_of_the_body(self):
         joints = body()
@@ -73,6 +73,38 @@ class TestWhoIsKnown:
         area = Region.seen_by(taken_by.intrinsics)
         expected = expected_by(replace(state, seen=np.ones(18, bool)), taken_by)
         region = expected and expected.region(area, 1.0)
+        assert region is None or region.is_within(area)
+
+
+class TestWhoIsSupposed:
+    """By a filter that knows nobody."""
+
+    BEGINS = FilterState.initial((0.0, 0.0, 1.2))
+
+    def test_is_at_the_filter_s_means_give_or_take_its_deviation(self):
+        region = supposed_by(self.BEGINS, CAMERA).region(AREA, 1.0)
+        # A deviation of √1.01 m is 115 pixels at 4 m, and the least margin another 12.
+        assert region.width == region.height == pytest.approx(2 * (115 + 12), abs=2)
+        middle = pixels_of(np.array([[0.0, 0.0, 1.2]]))[0]
+        assert (region.left + region.width / 2, region.top + region.height / 2) == pytest.approx(middle, abs=1)
+
+    def test_may_be_anywhere_in_the_picture_where_the_filter_tells_of_nothing_that_is_in_it(self):
+        for elsewhere in ((8.0, 0.0, 1.2), (0.0, 9.0, 1.2)):
+            assert supposed_by(FilterState.initial(elsewhere), CAMERA).region(AREA, 1.0) is None
+
+    def test_is_whoever_is_nearest_and_nobody_too_far_away_for_the_filter_s_deviation(self):
+        supposed = supposed_by(self.BEGINS, CAMERA)
+        assert choose(supposed, pixels_of(body(y=1.0)), pixels_of(body(y=0.2))) == (1, 1)
+        assert choose(supposed, pixels_of(body(y=2.0))) == (None, 1)
+
+    def test_beside_the_camera_however_close_to_its_plane_is_nowhere_in_the_picture(self):
+        taken_by = camera((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+        assert supposed_by(FilterState.initial((1e-310, 1.0, 0.0)), taken_by).region(AREA, 1.0) is None
+
+    @given(filter_state, st.sampled_from([CAMERA, camera((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), size=(17, 9))]))
+    def test_of_any_filter_has_a_region_in_the_picture_or_none(self, state, taken_by):
+        area = Region.seen_by(taken_by.intrinsics)
+        region = supposed_by(state, taken_by).region(area, 0.7)
         assert region is None or region.is_within(area)
 
 

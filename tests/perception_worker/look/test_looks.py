@@ -21,16 +21,19 @@ from tests.perception_worker.look.people import Onlooker, body, camera, frame_of
 CAMERA = camera()
 PICTURE = frame_of(CAMERA)
 WHOLE = Region.whole(480, 640)
-NOBODY_KNOWN = FilterState.initial()
+BEGINS_HERE = FilterState.initial((0.0, 0.0, 1.2))
+"""A filter that knows nobody yet, and has them begin to look where the camera does."""
+NOBODY_KNOWN = FilterState.initial((8.0, 0.0, 1.2))
+"""Likewise, behind the camera: nothing that it tells is in the picture."""
 SOMEBODY = knows(body())
 
 
 class Watched:
     """People to look at, networks that tell what they were shown, and pictures that tell what was asked for."""
 
-    def __init__(self, *people, taken_by=CAMERA, picture=None):
+    def __init__(self, *people, taken_by=CAMERA, picture=None, closer=(192, 192)):
         self.whole = Onlooker((240, 320), taken_by, *people)
-        self.closer = Onlooker((192, 192), taken_by, *people)
+        self.closer = Onlooker(closer, taken_by, *people)
         self.fetched = []
         self._pictures = HeldPictures(picture or frame_of(taken_by))
         self.camera, self.area, self.timings = taken_by, self._pictures.area, {}
@@ -143,6 +146,74 @@ class TestWhoIsNotKnown:
         assert len(blind.shown) == 1
         assert sight.region == WHOLE
         assert sight.found == 18
+
+
+class TestWhoIsSupposed:
+    """The filter knows nobody, and where it begins to look is in the picture."""
+
+    def test_is_looked_for_there_and_then_closer_and_the_whole_picture_is_not_fetched(self):
+        watched = Watched(body(y=0.3))
+        sight = watched.look(BEGINS_HERE)
+        assert not watched.whole.shown
+        assert watched.closer.shown == [watched.fetched[0], sight.region]
+        assert WHOLE not in watched.fetched
+        assert away(sight, body(y=0.3)).max() < 4
+
+    def test_is_looked_at_closer_in_what_was_fetched_if_that_holds_them(self):
+        watched = Watched(body(), closer=(192, 128))
+        sight = watched.look(BEGINS_HERE)
+        assert watched.fetched == [watched.closer.shown[0]]
+        assert sight.region.is_within(watched.fetched[0])
+
+    def test_is_fetched_whole_when_they_reach_beyond_it(self):
+        aside = body(y=0.7)
+        watched = Watched(aside)
+        sight = watched.look(BEGINS_HERE)
+        assert watched.fetched == watched.closer.shown == [watched.fetched[0], sight.region]
+        assert sight.found == 18
+        assert away(sight, aside).max() < 4
+
+    def test_is_the_nearer_of_two_although_the_other_shows_more_joints(self):
+        own = body(y=-0.1)
+        own[[Joint.RIGHT_ANKLE, Joint.LEFT_ANKLE]] = np.nan
+        assert np.nanmax(away(Watched(body(y=0.7), own).look(BEGINS_HERE), own)) < 4
+
+    def test_is_looked_for_in_the_whole_picture_when_too_little_of_anybody_is_there(self):
+        elsewhere = body(y=1.5)
+        watched = Watched(elsewhere)
+        sight = watched.look(BEGINS_HERE)
+        assert watched.fetched == [watched.closer.shown[0], WHOLE]
+        assert watched.whole.shown == [WHOLE]
+        assert away(sight, elsewhere).max() < 4
+
+    def test_is_looked_for_in_the_whole_picture_when_a_closer_look_loses_them(self):
+        few = np.where(np.arange(18)[:, None] < 7, body(), np.nan)
+        watched, seen = Watched(body()), Onlooker((192, 192), CAMERA, few)
+        fickle = Fickle(seen, Onlooker((192, 192), CAMERA))
+        sight = TrackingLook([watched.whole], fickle).look(watched, BEGINS_HERE, Stopwatch(time.perf_counter))
+        assert watched.whole.shown == [WHOLE]
+        assert sight.found == 18
+
+    def test_who_was_lost_is_looked_for_where_they_were(self):
+        lost = knows(body(y=0.5), deviation=1.1)
+        watched = Watched(body(y=0.4))
+        sight = watched.look(lost)
+        assert not watched.whole.shown
+        assert away(sight, body(y=0.4)).max() < 4
+
+
+class Fickle:
+    """A network that sees as one onlooker does at first, and as another from then on."""
+
+    def __init__(self, first, then):
+        self.input_size = first.input_size
+        self._first, self._then = first, then
+
+    def infer(self, rgb):
+        return (self._then if self._first.shown else self._first).infer(rgb)
+
+    def decode(self, output):
+        return self._first.decode(output)
 
 
 class TestSearch:
