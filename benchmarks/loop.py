@@ -29,6 +29,7 @@ from benchmarks import stages_alone
 from benchmarks.machine import machine_kind
 from benchmarks.stages_alone import StagesAlone, add_options
 from orchestrator.report import TrainingReport
+from protocol.cores import available_cores
 from protocol.records import Stage
 
 STAGES: tuple[Stage, ...] = get_args(Stage)
@@ -93,11 +94,6 @@ def measure(checkouts: Sequence[Checkout], rounds: int, config: Path, alone: Seq
             errors.print(f"round {number + 1} of {rounds}: {checkout.name}", markup=False)
             measured.rounds.append(checkout.loop(config))
     return found
-
-
-def available_cores() -> int:
-    """Those that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def bound(alone: StagesAlone, cores: int) -> float:

@@ -1,6 +1,5 @@
 """Whether this machine has what Vantage needs, and what to do about each thing that it lacks."""
 
-import os
 import platform
 import re
 import shutil
@@ -21,6 +20,7 @@ from orchestrator.socket_directory import socket_directory
 from orchestrator.versions import installed_version, requirements
 from orchestrator.worker_process import ending
 from protocol.artifact import cache_directory
+from protocol.cores import available_cores
 
 OLDEST_PYTHON = (3, 11)
 ROOMS = ("render", "perception", "agent", "orchestrator")
@@ -81,7 +81,7 @@ def check_python(version: tuple[int, ...] = sys.version_info[:3]) -> Check:
 
 def check_cores() -> Check:
     """Rendering and perceiving overlap only on two cores."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    cores = available_cores()
     enough = cores >= LEAST_CORES
     remedy = "" if enough else "it works, at about half the speed; more cores help"
     return Check(name="cores", passed=enough, needed=False, found=str(cores), remedy=remedy)

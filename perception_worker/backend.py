@@ -20,6 +20,7 @@ from perception_worker.single_person_network import (
     SinglePersonNetwork,
 )
 from protocol.config import PerceptionConfig, Pixels
+from protocol.cores import available_cores
 from protocol.errors import InvalidConfig, Unavailable
 
 _logger = logging.getLogger(__name__)
@@ -208,10 +209,20 @@ def _open_openvino(file: Path, size: tuple[int, int] | None, config: PerceptionC
     from perception_worker.openvino_engine import OpenVinoEngine
 
     engine = OpenVinoEngine(
-        file, input_size=size, default_size=DEFAULT_SIZE, precision=config.precision, threads=config.threads
+        file,
+        input_size=size,
+        default_size=DEFAULT_SIZE,
+        precision=config.precision,
+        threads=config.threads,
+        at_once=_at_once(config),
     )
     _logger.info("%s runs on OpenVINO in %s with %d threads", file.name, config.precision, config.threads)
     return engine
+
+
+def _at_once(config: PerceptionConfig) -> int:
+    """Inferences that run at the same time: of the requests in hand as many as there are cores for."""
+    return max(1, min(config.prefetch, available_cores() // config.threads))
 
 
 def _require_installed(backend: str) -> None:

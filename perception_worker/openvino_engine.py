@@ -27,6 +27,7 @@ class OpenVinoEngine:
         default_size: tuple[int, int],
         precision: Literal["f32", "bf16"],
         threads: int,
+        at_once: int = 1,
     ) -> None:
         """Load and compile the network.
 
@@ -35,7 +36,8 @@ class OpenVinoEngine:
             input_size: rows and columns; None for the file's own, or `default_size` where it has none.
             default_size: rows and columns.
             precision: that it computes in.
-            threads: that it computes with.
+            threads: that an inference computes with.
+            at_once: inferences that may run at the same time; more than that wait for each other.
 
         Raises:
             InvalidConfig: the file can't be read, or takes no image of this size.
@@ -48,9 +50,9 @@ class OpenVinoEngine:
             "CPU",
             {
                 "INFERENCE_PRECISION_HINT": precision,
-                "INFERENCE_NUM_THREADS": threads,
+                "INFERENCE_NUM_THREADS": threads * at_once,
                 "ENABLE_CPU_PINNING": False,
-                "NUM_STREAMS": 1,
+                "NUM_STREAMS": at_once,
             },
         )
         self._local = threading.local()

@@ -9,7 +9,6 @@ from benchmarks.loop import (
     STAGES,
     Checkout,
     Measured,
-    available_cores,
     bound,
     print_all,
     rounds_table,
@@ -54,11 +53,6 @@ def test_the_bound_is_cores_by_the_sum_of_the_stages():
 @pytest.mark.parametrize(("updates", "seconds"), [(0.5, 0.075), (2.0, 0.09)])
 def test_in_the_bound_an_update_weighs_as_often_as_a_step_makes_it(updates, seconds):
     assert bound(replace(ALONE, updates_per_step=updates), cores=1) == pytest.approx(1 / seconds)
-
-
-def test_cores_that_this_process_may_not_use_do_not_count(monkeypatch):
-    monkeypatch.setattr("os.sched_getaffinity", lambda _: {3}, raising=False)
-    assert available_cores() == 1
 
 
 def test_every_stage_has_its_share_of_the_sum():
