@@ -63,7 +63,10 @@ class OpenVinoEngine:
     def run(self, image: Float32Array) -> Outputs:
         """What the network gives for an image (3, rows, columns), by name and without the batch's dimension."""
         request = self._request()
-        request.infer([image[None]])
+        # Its own tensors: what `infer` does to take an array and to give a dictionary costs a tenth of a small network.
+        request.get_input_tensor().data[0] = image
+        request.start_async()
+        request.wait()
         # The request's tensors are overwritten by its next inference.
         return {name: request.get_output_tensor(place).data[0].copy() for place, name in enumerate(self._names)}
 

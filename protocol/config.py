@@ -130,7 +130,7 @@ class PerceptionConfig(_Section, frozen=True):
     lifting: Literal["auto", Lifting] = "auto"
     calibration: str = "auto"
     mask: Literal["auto", "none", "skeleton"] = "auto"
-    prefetch: Count = 3
+    prefetch: Count = 4
     frames: FrameEncoding = "auto"
 
 
