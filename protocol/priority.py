@@ -17,7 +17,7 @@ from contextlib import contextmanager
 
 _COMPUTING = 10
 
-_LOCK_HELD = 0.0003
+_LOCK_HELD = 0.001
 """Seconds that a thread keeps Python's lock while another wants it; Python's own choice is 0.005."""
 
 _SHORT_SLICE = 100_000
