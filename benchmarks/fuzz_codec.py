@@ -62,9 +62,8 @@ class FedListener(Listener):
     def feed(self, parts: Sequence[Part]) -> bool:
         """Handle one message; False once it takes no more."""
         self._take(Arrival([b"fuzz", *parts]))
-        while not self.jobs.empty() and self._in_hand == LIMITS.queue:
-            self.jobs.get()
-            self._in_hand -= 1
+        if self._in_hand == LIMITS.queue:
+            self._in_hand -= len(self.jobs.take_all())
         return self._state is not State.DRAINING
 
     def close(self) -> None:
