@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from perception_worker.median import median
 from protocol.arrays import AnyArray, Float64Array
 from protocol.camera import Camera, back_project
 from protocol.observation import Lifting
@@ -133,7 +134,7 @@ def within_reach(points: Float64Array) -> Float64Array:
     located = np.isfinite(points).all(axis=1)
     if not located.any():
         return points
-    away = np.linalg.norm(points - np.median(points[located], axis=0), axis=1)
+    away = np.linalg.norm(points - median(points[located]), axis=1)
     return np.where((away <= BODY_REACH)[:, None], points, np.nan)
 
 

@@ -130,7 +130,7 @@ class PerceptionConfig(_Section, frozen=True):
     lifting: Literal["auto", Lifting] = "auto"
     calibration: str = "auto"
     mask: Literal["auto", "none", "skeleton"] = "auto"
-    prefetch: Count = 4
+    prefetch: Count = 6
     frames: FrameEncoding = "auto"
 
 

@@ -7,6 +7,7 @@ seems to face, which tells left and right exchanged.
 
 import numpy as np
 
+from perception_worker.median import median
 from protocol.arrays import Float32Array, Float64Array
 from protocol.camera import Vector3
 from protocol.skeleton import JOINT_COUNT, Joint
@@ -105,14 +106,14 @@ def joint_features(
     ranges = np.sqrt(((points - camera) ** 2).sum(axis=1))
     # Along axes that turn with the view: a median for each axis depends on how the axes lie.
     from_camera = (points - camera) @ _axes_of_view(points[located].mean(axis=0) - camera)
-    from_middle = from_camera - _median(from_camera[located])
+    from_middle = from_camera - median(from_camera[located])
     across = from_middle[:, 0]
     features = np.empty((JOINT_COUNT, len(FEATURES)))
     features[:, 0] = KIND
     features[:, 1], features[:, 2], features[:, 3], features[:, 4] = mass, height, distance, spread
     features[:, 5] = ranges
     features[:, 6] = np.count_nonzero(height)
-    features[:, 7] = ranges - _median(ranges[located])
+    features[:, 7] = ranges - median(ranges[located])
     features[:, 8] = np.sqrt((from_middle**2).sum(axis=1))
     features[:, 9] = from_middle[:, 2]
     features[:, 10] = np.sqrt(((points - points[_HANGS_ON]) ** 2).sum(axis=1))
@@ -126,12 +127,6 @@ def joint_features(
     features[:, 18] = across[Joint.LEFT_HIP] - across[Joint.RIGHT_HIP]
     features[np.isnan(features)] = ABSENT
     return features.astype(np.float32)
-
-
-def _median(values: Float64Array) -> Float64Array:
-    """`numpy.median` along the first axis, which takes several times as long over so few values."""
-    rising = np.sort(values, axis=0)
-    return (rising[(len(rising) - 1) // 2] + rising[len(rising) // 2]) / 2
 
 
 def _axes_of_view(towards: Float64Array) -> Float64Array:

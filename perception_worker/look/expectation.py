@@ -6,6 +6,7 @@ import numpy as np
 
 from perception_worker.lifting import BODY_REACH
 from perception_worker.look.region import around_person
+from perception_worker.median import median
 from perception_worker.network import People
 from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import Camera, project
@@ -74,7 +75,7 @@ class Expectation:
         nearness = np.nansum(np.maximum(1.0 - away / self.gate, 0.0), axis=1)
         own = int(np.argmax(nearness))
         both = np.isfinite(away[own])
-        if not both.any() or np.median(away[own][both]) > self.gate:
+        if not both.any() or median(away[own][both]) > self.gate:
             return People(np.full_like(people.person, np.nan), everybody[np.isfinite(everybody).any(axis=(1, 2))])
         return People(everybody[own], np.delete(everybody, own, axis=0))
 
@@ -84,7 +85,7 @@ def expected_by(state: FilterState, camera: Camera) -> Expectation | None:
     known = state.seen & (_deviation(state) <= _MOST_DEVIATION)
     if known.sum() < LEAST_JOINTS:
         return None
-    middle = np.median(state.mean[known], axis=0)
+    middle = median(state.mean[known])
     # A joint that the filter has beyond was seen wrong.
     known &= np.linalg.norm(state.mean - middle, axis=1) <= BODY_REACH
     if known.sum() < LEAST_JOINTS:
@@ -107,8 +108,8 @@ def _placed(state: FilterState, camera: Camera, joints: BoolArray, margin: float
     pixels = np.where(in_front[:, None], placed[:, :2], np.nan)
     if not in_front.any():
         return Expectation(pixels, reach=0.0, gate=1.0)
-    a_metre = camera.intrinsics.fx / float(np.median(placed[in_front, 2]))
-    unsure = float(np.median(_deviation(state)[in_front]))
+    a_metre = camera.intrinsics.fx / float(median(placed[in_front, 2]))
+    unsure = float(median(_deviation(state)[in_front]))
     return Expectation(pixels, reach=margin * unsure * a_metre, gate=(_GATE + unsure) * a_metre)
 
 
