@@ -130,7 +130,7 @@ class PerceptionConfig(_Section, frozen=True):
     lifting: Literal["auto", Lifting] = "auto"
     calibration: str = "auto"
     mask: Literal["auto", "none", "skeleton"] = "auto"
-    prefetch: Count = 6
+    prefetch: Count = 4
     frames: FrameEncoding = "auto"
 
 
@@ -156,7 +156,7 @@ class EnvironmentConfig(_Section, frozen=True):
         success_threshold: weighted uncertainty (0 to 10) below which an episode's end counts as a success.
     """
 
-    num_envs: Count = 8
+    num_envs: Count = 4
     episode_steps: Count = 100
     step_duration: Positive = 0.5
     beta: Annotated[float, Meta(gt=1)] = 2.0

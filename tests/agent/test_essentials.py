@@ -38,7 +38,7 @@ def test_what_a_result_does_not_depend_on_may_change(other: RunConfig) -> None:
     ("other", "words"),
     [
         (replace(CONFIG, seed=1), "seed was 0, is 1"),
-        (replace(CONFIG, environment=EnvironmentConfig(num_envs=2)), r"environment\.num_envs was 8, is 2"),
+        (replace(CONFIG, environment=EnvironmentConfig(num_envs=2)), r"environment\.num_envs was 4, is 2"),
         (replace(CONFIG, learner=LearnerConfig(algorithm="ppo")), r"learner\.algorithm was 'sac', is 'ppo'"),
         (replace(CONFIG, learner=LearnerConfig(sac=SacConfig(hidden=(8,)))), r"learner\.sac\.hidden"),
         (replace(CONFIG, training=TrainingConfig(prefill=9)), r"training\.prefill was 1000, is 9"),

@@ -27,7 +27,7 @@ def test_checkpoints_that_are_more_frequent_already_stay_so():
 
 
 def test_however_many_the_faults_there_are_steps_between_two_checkpoints():
-    assert rehearsal_config(RunConfig(), faults=1000, steps=400).training.checkpoint_every == 16
+    assert rehearsal_config(RunConfig(), faults=1000, steps=400).training.checkpoint_every == 8
 
 
 def test_a_reply_past_its_deadline_comes_before_its_worker_is_taken_for_hung():
