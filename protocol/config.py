@@ -96,6 +96,7 @@ class PerceptionConfig(_Section, frozen=True):
             ImageNet's in trt_pose's.
         backend: what runs it; `auto` is OpenVINO where there is no GPU, ONNX Runtime elsewhere.
         precision: OpenVINO's; left to itself it would pick by the CPU, and the heatmaps would change.
+        threads: of one inference; with OpenVINO as many run at once as there are cores for, `prefetch` at most.
         rows, columns: the network's input size for whole frames, multiples of 8; left out, a file's or a network's own,
             and where it has none 240×320; with `track`, then 320×424 as well, for who was not found at the former. A
             network of one size takes no other.
