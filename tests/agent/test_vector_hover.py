@@ -1,5 +1,6 @@
 import itertools
 import threading
+from collections.abc import Iterator
 
 import gymnasium
 import numpy as np
@@ -234,8 +235,8 @@ def test_autoreset_in_the_next_step_is_not_offered(eyes: AnalyticEyes) -> None:
         VectorHover(eyes, autoreset_mode=AutoresetMode.NEXT_STEP)
 
 
-def test_a_lost_picture_leaves_all_episodes_as_they_were() -> None:
-    answers = iter([True] * 3 + [True, False, True] + [True] * 6)
+def losing(answers: Iterator[bool]) -> AnalyticEyes:
+    """Eyes that lose the pictures for which there is no answer."""
 
     def deliver(pending, observation) -> None:
         if next(answers):
@@ -243,7 +244,12 @@ def test_a_lost_picture_leaves_all_episodes_as_they_were() -> None:
         else:
             pending.fail(WorkerLost("perception died"), TIMING)
 
-    env, untouched = VectorHover(AnalyticEyes(deliver), config=SHORT), VectorHover(AnalyticEyes(), config=SHORT)
+    return AnalyticEyes(deliver)
+
+
+def test_a_lost_picture_leaves_all_episodes_as_they_were() -> None:
+    answers = iter([True] * 3 + [True, False, True] + [True] * 6)
+    env, untouched = VectorHover(losing(answers), config=SHORT), VectorHover(AnalyticEyes(), config=SHORT)
     env.reset(seed=4)
     untouched.reset(seed=4)
     before = env.flights
@@ -282,14 +288,7 @@ def test_drones_that_fly_on_in_groups_fly_as_those_that_wait_for_each_other(eyes
 
 def test_a_picture_lost_after_some_drones_have_flown_on_leaves_all_episodes_as_they_were() -> None:
     answers = iter([True] * 3 + [True, True, False, True, True] + [True] * 12)
-
-    def deliver(pending, observation) -> None:
-        if next(answers):
-            pending.succeed(observation, TIMING)
-        else:
-            pending.fail(WorkerLost("perception died"), TIMING)
-
-    env, untouched = VectorHover(AnalyticEyes(deliver), config=SHORT), VectorHover(AnalyticEyes(), config=SHORT)
+    env, untouched = VectorHover(losing(answers), config=SHORT), VectorHover(AnalyticEyes(), config=SHORT)
     for one in (env, untouched):
         one.reset(seed=4)
     before = env.state()
