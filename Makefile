@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/installed
-EXTRAS := render,perception,agent,orchestrator,experiments,bake,fitting,dev
+EXTRAS := render,perception,agent,orchestrator,experiments,bake,fitting,lifter,dev
 CONFIG ?= configs/quickstart.toml
 
 .DEFAULT_GOAL := help

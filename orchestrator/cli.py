@@ -20,6 +20,7 @@ from orchestrator.host import host as serve_host
 from orchestrator.host_display import open_host_display
 from orchestrator.joining import join_of
 from orchestrator.launch import PROCESS_ENVIRONMENT, Evaluate
+from orchestrator.lifter.cli import lifter_app
 from orchestrator.options import (
     AllowedOption,
     HttpOption,
@@ -84,6 +85,7 @@ app.add_typer(models_app, name="models")
 app.add_typer(bodies_app, name="bodies")
 app.add_typer(keys_app, name="keys")
 app.add_typer(calibration_app, name="calibration")
+app.add_typer(lifter_app, name="lifter")
 app.add_typer(experiment_app, name="experiment")
 
 

@@ -8,12 +8,14 @@ the wall behind it.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from perception_worker.median import median
 from protocol.arrays import AnyArray, Float64Array
 from protocol.camera import Camera, back_project
+from protocol.config import PerceptionConfig
 from protocol.observation import Lifting
 
 NEAREST, FARTHEST = 1.5, 15.0
@@ -90,6 +92,14 @@ LIFTINGS: Mapping[Lifting, Callable[[Windows], Float64Array]] = {
     "nearest": nearest_depth,
 }
 """The depth that each choice takes out of a window."""
+
+
+def surface_lifting(config: PerceptionConfig) -> Lifting:
+    """What of the depths is the joint's for a worker of this configuration, settled by its profile.
+
+    A lifter that has learned goes beyond surfaces; where one is needed all the same, it is the one in front.
+    """
+    return "nearest" if config.lifting == "learned" else msgspec.convert(config.lifting, Lifting)
 
 
 def patch_depth(depth: ArrayLike, pixel_xy: Sequence[float]) -> float:

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Sequence
-from typing import cast
 
 import numpy as np
 from msgspec.structs import astuple
@@ -10,7 +9,9 @@ from numpy.typing import NDArray
 
 from perception_worker import kalman
 from perception_worker.calibration import Calibrated, Calibration
-from perception_worker.lifting import Windows, lift, windows_around, within_reach
+from perception_worker.lifter import Lifter
+from perception_worker.lifter.evidence import evidence_of
+from perception_worker.lifting import Windows, lift, surface_lifting, windows_around, within_reach
 from perception_worker.look import HeldPictures, Look, Pictures, Sight
 from perception_worker.qoe import Quality, distance_quality, heatmap_cells, nearest_cells, quality_of_estimation
 from perception_worker.stopwatch import Clock, Stopwatch
@@ -18,7 +19,7 @@ from protocol.arrays import Float64Array
 from protocol.camera import Camera
 from protocol.config import PerceptionConfig, Profile, settled
 from protocol.frame import Frame
-from protocol.observation import FilterState, Lifting, Observation, Reading
+from protocol.observation import Evidence, FilterState, Lifting, Observation, Reading
 
 
 class Perceiver:
@@ -31,28 +32,43 @@ class Perceiver:
         *,
         profile: Profile = "vantage",
         calibration: Calibration | None = None,
+        lifter: Lifter | None = None,
         clock: Clock = time.perf_counter,
     ) -> None:
         config = settled(config, profile)
         self._look = look
-        self._lifting: Lifting = cast("Lifting", config.lifting)
+        self._lifter = lifter
+        self._lifting: Lifting = surface_lifting(config)
         self._believes_all = config.look == "whole"
         self._calibration = calibration
         self._masks_others = config.mask == "skeleton"
         self._clock = clock
 
     def perceive(
-        self, frame: Frame, filter_state: FilterState, *, heatmaps: bool = False, liftings: Sequence[Lifting] = ()
+        self,
+        frame: Frame,
+        filter_state: FilterState,
+        *,
+        heatmaps: bool = False,
+        liftings: Sequence[Lifting] = (),
+        evidence: bool = False,
     ) -> Observation:
         """Estimate the pose in a frame at hand; see `observe`.
 
         Args:
             frame: an RGB-D picture; its true joints, where it has any, are passed on.
         """
-        return self.observe(HeldPictures(frame), filter_state, heatmaps=heatmaps, liftings=liftings)
+        asked = {"heatmaps": heatmaps, "evidence": evidence}
+        return self.observe(HeldPictures(frame), filter_state, liftings=liftings, **asked)
 
     def observe(
-        self, pictures: Pictures, filter_state: FilterState, *, heatmaps: bool = False, liftings: Sequence[Lifting] = ()
+        self,
+        pictures: Pictures,
+        filter_state: FilterState,
+        *,
+        heatmaps: bool = False,
+        liftings: Sequence[Lifting] = (),
+        evidence: bool = False,
     ) -> Observation:
         """Estimate the pose in what a camera sees.
 
@@ -61,6 +77,7 @@ class Perceiver:
             filter_state: the filter before this moment.
             heatmaps: whether the observation is to carry the network's heatmaps.
             liftings: ways of lifting whose readings it is to carry.
+            evidence: whether it is to carry what a learned lifter is told.
 
         Returns:
             The observation; where nobody is found, all joints are NaN, all qualities 0 and the filter saw nothing.
@@ -79,8 +96,13 @@ class Perceiver:
             others = nearest_cells(sight.others, sight.output.heatmaps.shape[1:]) if self._masks_others else None
             quality = quality_of_estimation(sight.output.heatmaps, _cells(sight), points, others=others)
             calibrated = self._calibrate(points, quality, windows, frame.camera)
+        told = _evidence(sight) if evidence or self._lifter else None
+        if self._lifter and told:
+            with watch.stage("lift"):
+                lifted = self._lifter.lift(sight.keypoints, quality.height, told, frame.camera)
+                points, calibrated = lifted.points, Calibrated(lifted.expected_error, lifted.radius)
         with watch.stage("filter"):
-            updated = kalman.update(filter_state, points, quality.combined)
+            updated = kalman.update(filter_state, _seen_alone(points, sight), quality.combined)
         return Observation(
             keypoints=sight.keypoints,
             points=points,
@@ -98,6 +120,7 @@ class Perceiver:
             expected_error=calibrated and calibrated.expected_error,
             radius=calibrated and calibrated.radius,
             readings={one: _read(self._lift(windows, sight, one), quality) for one in liftings},
+            evidence=told if evidence else None,
         )
 
     def _lift(self, windows: Windows, sight: Sight, lifting: Lifting) -> Float64Array:
@@ -113,6 +136,16 @@ class Perceiver:
             spread=windows.spread,
             camera=camera.pose.position,
         )
+
+
+def _seen_alone(points: Float64Array, sight: Sight) -> Float64Array:
+    """(18, 3) the points of the joints that were found."""
+    return np.where(np.isfinite(sight.keypoints[:, :1]), points, np.nan)
+
+
+def _evidence(sight: Sight) -> Evidence:
+    frame = sight.frame
+    return evidence_of(frame.depth, frame.area.inside(sight.keypoints), frame.camera.intrinsics.fx)
 
 
 def _read(points: Float64Array, quality: Quality) -> Reading:

@@ -15,6 +15,7 @@ from msgspec.structs import replace
 from perception_worker.backend import input_size, network_name, open_look, region_size
 from perception_worker.calibration.choice import open_calibration
 from perception_worker.frames import RenderedFrames, opened_by
+from perception_worker.lifter import open_lifter
 from perception_worker.lifting import LIFTINGS
 from perception_worker.look import HeldPictures, Pictures
 from perception_worker.perceive import Perceiver
@@ -78,7 +79,13 @@ class PerceptionHandlers:
         return self._estimate(self._frames.of(request), request)
 
     def _estimate(self, pictures: Pictures, request: Perceive | Observe) -> Observation:
-        return self._perceiver.observe(pictures, request.filter, heatmaps=request.heatmaps, liftings=request.liftings)
+        return self._perceiver.observe(
+            pictures,
+            request.filter,
+            heatmaps=request.heatmaps,
+            liftings=request.liftings,
+            evidence=request.evidence,
+        )
 
     def table(self) -> Handlers:
         """Which function answers which request."""
@@ -105,7 +112,7 @@ def run(
             machines can reach it and there is no key.
     """
     timeouts = Timeouts.from_config(config.timeouts)
-    perception = settled(config.perception, config.profile)
+    perception = with_lifter_at_hand(settled(config.perception, config.profile))
     capabilities = _capabilities(perception)
     about = About(role=Role.PERCEPTION, name=name, serves=(bind,), capabilities=capabilities)
     with (
@@ -143,11 +150,25 @@ def open_perceiver(config: PerceptionConfig) -> Perceiver:
     Raises:
         VantageError: one of them can't be loaded.
     """
+    if config.lifting == "learned":
+        return Perceiver(open_look(config), config, lifter=open_lifter(config))
     calibration = open_calibration(config)
     if calibration is None and config.calibration == "auto":
         name = network_name(config)
         _logger.info("no calibration is shipped for %s with these settings: quality comes without metres", name)
     return Perceiver(open_look(config), config, calibration=calibration)
+
+
+def with_lifter_at_hand(config: PerceptionConfig) -> PerceptionConfig:
+    """The configuration, settled by its profile, with a lifting that there is: `nearest` where no lifter is shipped.
+
+    Raises:
+        InvalidConfig, ArtifactDamaged: as `open_lifter`.
+    """
+    if config.lifting != "learned" or open_lifter(config) is not None:
+        return config
+    _logger.info("no lifter is shipped for %s with these settings: surfaces are lifted", network_name(config))
+    return replace(config, lifting="nearest")
 
 
 def _warm_up(perceiver: Perceiver) -> None:

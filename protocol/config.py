@@ -104,7 +104,10 @@ class PerceptionConfig(_Section, frozen=True):
             the person (`track`); `auto` is the profile's.
         region_rows, region_columns: the network's input size for that part; left out, a file's or a network's own, and
             176×120 where it has none.
-        lifting: what of the depths around a keypoint is the joint's; `auto` is the profile's.
+        lifting: what of the depths around a keypoint is the joint's, or `learned`: a lifter that was fitted on people
+            whose truth is known places all joints; `auto` is the profile's.
+        lifter: which one does: a file, or with `auto` the one that ships for this network. Where there is none, the
+            surface in front of a keypoint is taken (`nearest`).
         calibration: what tells expected errors and radii: a file, `none`, or with `auto` the one that ships for
             this network and way of lifting, if there is one.
         peak_threshold: height that a peak in a heatmap must exceed; left out, it is the network's own.
@@ -128,7 +131,8 @@ class PerceptionConfig(_Section, frozen=True):
     region_rows: ImageSide | None = None
     region_columns: ImageSide | None = None
     peak_threshold: Fraction | None = None
-    lifting: Literal["auto", Lifting] = "auto"
+    lifting: Literal["auto", "learned", Lifting] = "auto"
+    lifter: str = "auto"
     calibration: str = "auto"
     mask: Literal["auto", "none", "skeleton"] = "auto"
     prefetch: Count = 4
@@ -276,7 +280,7 @@ class RunConfig(_Section, frozen=True):
 
 _PERCEPTION: dict[Profile, dict[str, str]] = {
     "thesis": {"look": "whole", "lifting": "mean", "mask": "none"},
-    "vantage": {"look": "track", "lifting": "nearest", "mask": "skeleton"},
+    "vantage": {"look": "track", "lifting": "learned", "mask": "skeleton"},
 }
 
 

@@ -134,19 +134,21 @@ class Perceive(Request[Observation], frozen=True, eq=False, kw_only=True):
 
     Attributes:
         liftings: ways of lifting whose readings are to come along, for whoever compares them.
+        evidence: whether what a learned lifter is told is to come along, for whoever fits one.
     """
 
     frame: Frame
     filter: FilterState
     heatmaps: bool = False
     liftings: tuple[Lifting, ...] = ()
+    evidence: bool = False
 
 
 class Observe(Request[Observation], frozen=True, eq=False, kw_only=True):
     """Have a scene rendered and estimate the pose in it; the frame goes from renderer to perceiver, and no further.
 
     Attributes:
-        liftings: as in `Perceive`.
+        liftings, evidence: as in `Perceive`.
     """
 
     scene: Scene
@@ -155,6 +157,7 @@ class Observe(Request[Observation], frozen=True, eq=False, kw_only=True):
     truth: bool = False
     heatmaps: bool = False
     liftings: tuple[Lifting, ...] = ()
+    evidence: bool = False
 
 
 class WorkerRecord(Struct, frozen=True, kw_only=True):

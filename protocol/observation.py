@@ -16,6 +16,8 @@ their median, or the mean of the surface in front."""
 INITIAL_VARIANCE = 1.0
 BASE_PROCESS_NOISE = 0.01
 
+EVIDENCE_SIZE = 7
+"""Numbers that tell of the depths in a window."""
 
 FARTHEST = 1e6
 """Metres from the world's origin, beyond which no filter is."""
@@ -77,12 +79,30 @@ class Reading(Value, frozen=True, eq=False, kw_only=True):
             require_shape(name, getattr(self, name), (JOINT_COUNT,))
 
 
+class Evidence(Value, frozen=True, eq=False, kw_only=True):
+    """What of the depths a learned lifter is told beside the keypoints, for whoever fits one.
+
+    Attributes:
+        narrow, wide: (18, 7) of the window around each keypoint, one of a few pixels and one of a body's part: the
+            share of it with believed depths, then the least of these, the 10th, 25th, 50th and 75th of a hundred, and
+            the greatest, in metres; NaN where there is none.
+    """
+
+    narrow: Float32Array
+    wide: Float32Array
+
+    def __post_init__(self) -> None:
+        for name in ("narrow", "wide"):
+            require_shape(name, getattr(self, name), (JOINT_COUNT, EVIDENCE_SIZE))
+
+
 class Observation(Reply, frozen=True, eq=False, kw_only=True):
     """Joints, their quality, and the filter after this frame.
 
     Attributes:
         keypoints: (18, 2) pixels x, y in the frame; NaN where a joint was not detected.
-        points: (18, 3) world frame, metres; NaN where a joint was not located.
+        points: (18, 3) world frame, metres; NaN where a joint was not located. A learned lifter locates all joints of
+            whoever is found, those that were not detected as well: these are `inferred`.
         mass, height, distance, quality: (18,) in [0, 1], 1 is best (seed, section 3.3); 0 where not detected.
         filter: the state to send with the next frame.
         heatmaps: (19, rows, columns) the network's output, where it was asked for.
@@ -93,6 +113,7 @@ class Observation(Reply, frozen=True, eq=False, kw_only=True):
             NaN where a joint was not located.
         radius: (18,) metres; a sphere about `points` that holds the joint with probability 0.9; NaN likewise.
         readings: by other ways of lifting, those that were asked for.
+        evidence: what a learned lifter is told, where it was asked for.
         joints, visible: the truth that came with the frame, where it was asked for.
         timings: seconds by stage: render, infer, decode, lift, qoe, filter, and transport between the workers; pack and
             unpack where the frame was packed for its way.
@@ -114,6 +135,12 @@ class Observation(Reply, frozen=True, eq=False, kw_only=True):
     expected_error: Float64Array | None = None
     radius: Float64Array | None = None
     readings: dict[Lifting, Reading] = {}
+    evidence: Evidence | None = None
+
+    @property
+    def inferred(self) -> BoolArray:
+        """(18,) which joints have a place by the others' alone: they were located, and not detected."""
+        return np.isfinite(self.points[:, 0]) & np.isnan(self.keypoints[:, 0])
 
     def __post_init__(self) -> None:
         require_shape("keypoints", self.keypoints, (JOINT_COUNT, 2))

@@ -8,9 +8,10 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from orchestrator.experiments.columns import LIFTINGS, joint_columns, table_of
-from orchestrator.experiments.directory import ExperimentDirectory, what_counts
+from orchestrator.experiments.directory import ExperimentDirectory
 from orchestrator.experiments.parts import Parts
 from orchestrator.experiments.views import SeededScene, View, ViewSet, camera_of, scenes_of, view
+from orchestrator.experiments.views_directory import what_counts
 from orchestrator.experiments.workers import Rate, Workers
 from orchestrator.run_directory import resolved_toml
 from orchestrator.versions import Versions
@@ -59,7 +60,7 @@ def observe_views(parts: Parts, views: ViewSet, config: RunConfig, workers: Work
 
 
 def provenance(
-    config: RunConfig, views: ViewSet, versions: Versions, capabilities: Mapping[str, str]
+    config: RunConfig, views: Struct, versions: Versions, capabilities: Mapping[str, str]
 ) -> dict[str, str]:
     """What a table tells of how it was made; nothing of it changes by when or where that was."""
     return {

@@ -52,6 +52,13 @@ class ViewSet(Struct, frozen=True, kw_only=True):
         if not self.depth_noises or len(set(self.depth_noises)) < len(self.depth_noises):
             raise InvalidInput("name one or more kinds of depth noise, each once")
 
+    @property
+    def words(self) -> str:
+        """What they are, for messages."""
+        noises = " and ".join(self.depth_noises)
+        each = f"{self.views_a_scene} a scene, {self.frames_a_part} a part"
+        return f"{self.frames} frames of {self.split}, seed {self.seed}, {each}, depth noise {noises}"
+
 
 class View(Struct, frozen=True, kw_only=True):
     """One of them: `number` from 0, and the identity and kind of pose that is seen."""

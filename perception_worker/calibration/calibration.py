@@ -14,6 +14,7 @@ from msgspec import Meta, Struct
 
 from perception_worker.calibration.ensemble import Ensemble, StoredEnsemble
 from perception_worker.calibration.features import FEATURES, joint_features
+from perception_worker.network_setting import NetworkSetting
 from protocol.arrays import Float64Array
 from protocol.camera import Vector3
 from protocol.errors import ArtifactDamaged, InvalidConfig
@@ -21,30 +22,15 @@ from protocol.observation import Lifting
 from protocol.skeleton import JOINT_COUNT
 
 FORMAT = 1
-COVERAGE = 0.9
-"""The share of joints that their radius is to hold."""
-
 LARGEST_ERROR = 1.5
 """Metres. A joint on the wall behind may be five metres off; it counts as this far, so that a few don't decide all."""
 
 _SHIPPED = "shipped"
 
 
-class Setting(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the figures of a calibration depend on: with another of these, other errors go with the same features.
+class Setting(NetworkSetting, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the figures of a calibration depend on: with another of these, other errors go with the same features."""
 
-    Attributes:
-        rows, columns: of the network's input for whole frames; 0 where its file decides.
-        region_rows, region_columns: of its input for regions; 0 where it is shown none.
-    """
-
-    network: str
-    rows: int
-    columns: int
-    look: str
-    region_rows: int
-    region_columns: int
-    peak_threshold: float
     lifting: Lifting
 
 

@@ -4,27 +4,17 @@ from pathlib import Path
 
 import msgspec
 
-from perception_worker.backend import input_size, network_name, peak_threshold, region_size
 from perception_worker.calibration.calibration import Calibration, Setting, read_calibration, shipped
+from perception_worker.lifting import surface_lifting
+from perception_worker.network_setting import network_setting
 from protocol.config import PerceptionConfig
 from protocol.errors import InvalidConfig
-from protocol.observation import Lifting
 
 
 def setting_of(config: PerceptionConfig) -> Setting:
     """What a perception worker of this configuration, settled by its profile, asks of a calibration."""
-    rows, columns = input_size(config) or (0, 0)
-    region_rows, region_columns = (region_size(config) or (rows, columns)) if config.look == "track" else (0, 0)
-    return Setting(
-        network=network_name(config),
-        rows=rows,
-        columns=columns,
-        look=config.look,
-        region_rows=region_rows,
-        region_columns=region_columns,
-        peak_threshold=peak_threshold(config),
-        lifting=msgspec.convert(config.lifting, Lifting),
-    )
+    shown = msgspec.structs.asdict(network_setting(config))
+    return Setting(**shown, lifting=surface_lifting(config))
 
 
 def open_calibration(config: PerceptionConfig) -> Calibration | None:
@@ -42,11 +32,7 @@ def open_calibration(config: PerceptionConfig) -> Calibration | None:
     calibration = read_calibration(Path(config.calibration))
     if calibration.setting != wanted:
         raise InvalidConfig(
-            f"perception.calibration: {config.calibration} was fitted for {_words(calibration.setting)}, "
-            f"this worker has {_words(wanted)}; fit it anew, or choose auto or none"
+            f"perception.calibration: {config.calibration} was fitted for {calibration.setting.words}, "
+            f"this worker has {wanted.words}; fit it anew, or choose auto or none"
         )
     return calibration
-
-
-def _words(setting: Setting) -> str:
-    return ", ".join(f"{name} {value}" for name, value in msgspec.structs.asdict(setting).items())

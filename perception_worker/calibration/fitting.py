@@ -5,7 +5,6 @@ has to be multiplied so that it holds nine of ten joints: for each kind of joint
 Mondrian by joint). So the radius also holds on people never seen, as far as they are like these.
 """
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,13 +17,13 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from perception_worker.calibration.calibration import (
-    COVERAGE,
     LARGEST_ERROR,
     Provenance,
     Setting,
     StoredCalibration,
 )
 from perception_worker.calibration.choice import setting_of
+from perception_worker.calibration.conformal import COVERAGE, conformal_quantile
 from perception_worker.calibration.ensemble import Ensemble, StoredEnsemble, stored_ensemble
 from perception_worker.calibration.features import FEATURES, KIND, joint_features
 from protocol.arrays import BoolArray, Float32Array, Float64Array
@@ -123,18 +122,6 @@ def conformal_factors(reach: Float64Array, joints: Joints) -> tuple[float, ...]:
     ratio = joints.error / np.maximum(reach, _LEAST_REACH)
     kind = KIND[joints.joint]
     return tuple(conformal_quantile(ratio[kind == own]) for own in KIND)
-
-
-def conformal_quantile(scores: Float64Array) -> float:
-    """The score that one more, of the same kind, stays below with probability `COVERAGE`.
-
-    Raises:
-        InvalidInput: there are too few to tell.
-    """
-    rank = math.ceil((len(scores) + 1) * COVERAGE)
-    if rank > len(scores):
-        raise InvalidInput(f"{len(scores)} joints of a kind are too few to calibrate by")
-    return float(np.partition(scores, rank - 1)[rank - 1])
 
 
 def located_joints(table: pa.Table) -> Joints:

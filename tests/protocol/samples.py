@@ -30,7 +30,7 @@ from protocol.messages import (
     WorkerRecord,
     Workers,
 )
-from protocol.observation import FilterState, Observation, Reading
+from protocol.observation import Evidence, FilterState, Observation, Reading
 from protocol.region import Region
 from protocol.scene import Arm, BodyPose, Figure, Head, Leg, Scene, Sun
 
@@ -128,6 +128,9 @@ def observation() -> Observation:
         expected_error=ramp / 8,
         radius=ramp / 3,
         readings={"median": Reading(points=np.ones((18, 3)), distance=ramp / 5, quality=ramp / 6)},
+        evidence=Evidence(
+            narrow=np.arange(18 * 7, dtype=np.float32).reshape(18, 7), wide=np.full((18, 7), math.nan, np.float32)
+        ),
     )
 
 
@@ -167,7 +170,7 @@ def samples() -> tuple[Message, ...]:
         picture(),
         packed_picture(),
         part_of_picture(),
-        Perceive(frame=picture(), filter=FilterState.initial(), heatmaps=True, liftings=("median",)),
+        Perceive(frame=picture(), filter=FilterState.initial(), heatmaps=True, liftings=("median",), evidence=True),
         Observe(
             scene=SCENE,
             camera=CAMERA,
@@ -175,6 +178,7 @@ def samples() -> tuple[Message, ...]:
             truth=True,
             heatmaps=True,
             liftings=("median", "mean"),
+            evidence=True,
         ),
         observation(),
     )

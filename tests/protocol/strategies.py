@@ -35,7 +35,7 @@ from protocol.messages import (
     WorkerRecord,
     Workers,
 )
-from protocol.observation import FARTHEST, FilterState, Lifting, Observation, Reading
+from protocol.observation import FARTHEST, Evidence, FilterState, Lifting, Observation, Reading
 from protocol.region import Region
 from protocol.scene import MOST_BYSTANDERS, Arm, BodyPose, Figure, Head, Leg, Scene, Sun
 
@@ -191,6 +191,7 @@ observations = st.builds(
     expected_error=st.none() | floats64(18),
     radius=st.none() | floats64(18),
     readings=st.dictionaries(lifting, readings, max_size=2),
+    evidence=st.none() | st.builds(Evidence, narrow=floats32(18, 7), wide=floats32(18, 7)),
 )
 
 MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
@@ -234,6 +235,7 @@ MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
         filter=filter_state,
         heatmaps=st.booleans(),
         liftings=st.lists(lifting, max_size=2).map(tuple),
+        evidence=st.booleans(),
     ),
     Observe: st.builds(
         Observe,
@@ -243,6 +245,7 @@ MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
         truth=st.booleans(),
         heatmaps=st.booleans(),
         liftings=st.lists(lifting, max_size=2).map(tuple),
+        evidence=st.booleans(),
     ),
     Observation: observations,
 }

@@ -48,7 +48,7 @@ def test_a_missing_file_is_named(tmp_path):
 class TestSettled:
     def test_leaves_the_choice_to_the_profile(self):
         assert settled(PerceptionConfig(), "thesis").lifting == "mean"
-        assert settled(PerceptionConfig(), "vantage").lifting == "nearest"
+        assert settled(PerceptionConfig(), "vantage").lifting == "learned"
 
     def test_keeps_what_was_chosen(self):
         assert settled(PerceptionConfig(lifting="median"), "thesis").lifting == "median"

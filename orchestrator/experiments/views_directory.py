@@ -1,0 +1,132 @@
+"""A directory of views that are observed: what it was told, and that it is never told anything else."""
+
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
+
+import msgspec
+from msgspec import Struct
+from msgspec.structs import replace
+
+from orchestrator.directory_lock import directory_lock
+from orchestrator.errors import NoSuchRun
+from orchestrator.run_directory import LOCK_PATIENCE, resolved_toml
+from protocol.artifact import whole_file
+from protocol.config import RenderConfig, RunConfig, SupervisionConfig, TimeoutsConfig, load_config
+from protocol.errors import InvalidInput
+
+
+class Views(Protocol):
+    """All views that are observed."""
+
+    @property
+    def words(self) -> str:
+        """What they are, for messages."""
+        ...
+
+
+ViewsT = TypeVar("ViewsT", bound=Views)
+
+
+class ViewsDirectory(Struct, Generic[ViewsT], frozen=True):
+    """The files that say which views are observed, by which workers."""
+
+    path: Path
+
+    kind: ClassVar[str]
+    """What it is, for messages."""
+
+    views_type: ClassVar[type[Any]]
+
+    @classmethod
+    def open_for(cls, path: Path, config: RunConfig, views: ViewsT) -> Self:
+        """Make it, or take up the one that was begun with the same configuration and views.
+
+        Raises:
+            InvalidInput: it was begun with others, or something else is there.
+        """
+        directory = cls(path)
+        if not directory.views_path.is_file():
+            directory._begin(config, views)
+        for told, wanted, words in (
+            (directory.views(), views, f"other views ({directory.views().words}, not {views.words})"),
+            (what_counts(directory.config()), what_counts(config), "another configuration (its config.toml)"),
+        ):
+            if told != wanted:
+                raise InvalidInput(
+                    f"{path} was begun with {words}, which is never changed: "
+                    "go on with it as it is, or choose another directory with --out"
+                )
+        return directory
+
+    @classmethod
+    def open(cls, path: Path) -> Self:
+        """Take up one that is there.
+
+        Raises:
+            NoSuchRun: there is none.
+        """
+        directory = cls(path)
+        if not directory.views_path.is_file():
+            raise NoSuchRun(f"{path} is no {cls.kind} (it has no views.json)")
+        return directory
+
+    @property
+    def config_path(self) -> Path:
+        """The resolved configuration of its workers."""
+        return self.path / "config.toml"
+
+    @property
+    def views_path(self) -> Path:
+        """Which views it is made of."""
+        return self.path / "views.json"
+
+    def config(self) -> RunConfig:
+        """What its workers were told.
+
+        Raises:
+            InvalidConfig: the file was damaged.
+        """
+        return load_config(self.config_path)
+
+    def views(self) -> ViewsT:
+        """The views that it was begun with.
+
+        Raises:
+            InvalidInput: the file was damaged.
+        """
+        try:
+            return msgspec.json.decode(self.views_path.read_bytes(), type=self.views_type)
+        except (OSError, msgspec.MsgspecError) as error:
+            raise InvalidInput(f"{self.views_path} can't be read: {error}") from error
+
+    @contextmanager
+    def lock(self) -> Generator[None]:
+        """Be the only one that works on it.
+
+        Raises:
+            RunBusy: another command does.
+        """
+        with directory_lock(self.path, LOCK_PATIENCE, f"another command works on {self.path}"):
+            yield
+
+    def _begin(self, config: RunConfig, views: ViewsT) -> None:
+        if self.path.exists() and any(one for one in self.path.iterdir() if one.name != self.config_path.name):
+            raise InvalidInput(f"{self.path} is no {self.kind} and not empty; choose another directory with --out")
+        with whole_file(self.config_path) as aside:
+            aside.write_bytes(resolved_toml(config))
+        # Last: a directory with it has all that it begins with.
+        with whole_file(self.views_path) as aside:
+            aside.write_bytes(msgspec.json.format(msgspec.json.encode(views), indent=2) + b"\n")
+
+
+def what_counts(config: RunConfig) -> RunConfig:
+    """What answers depend on: neither how many workers there are nor how long they are waited for."""
+    return replace(
+        config,
+        render=replace(config.render, workers=RenderConfig().workers),
+        perception=replace(config.perception, workers=1, prefetch=1),
+        timeouts=TimeoutsConfig(),
+        supervision=SupervisionConfig(),
+    )

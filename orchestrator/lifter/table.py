@@ -1,0 +1,82 @@
+"""The table that a lifter is fitted on: a row for each view, with what was known of it and what was true."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pyarrow as pa
+
+from orchestrator.lifter.views import FitView
+from protocol.camera import Camera
+from protocol.errors import InvalidInput
+from protocol.observation import EVIDENCE_SIZE, Observation
+from protocol.scene import Scene
+from protocol.skeleton import JOINT_COUNT
+
+
+def _numbers(count: int) -> pa.DataType:
+    return pa.list_(pa.float32(), count)
+
+
+SCHEMA = pa.schema(
+    [
+        pa.field("view", pa.int32()),
+        pa.field("identity", pa.int16()),
+        pa.field("poses", pa.string()),
+        pa.field("depth_noise", pa.string()),
+        pa.field("accompanied", pa.bool_()),
+        pa.field("hidden", pa.bool_()),
+        pa.field("known", pa.bool_()),
+        pa.field("distance", pa.float32()),
+        # fx, fy, cx and cy in pixels; position and target in the world, metres.
+        pa.field("intrinsics", _numbers(4)),
+        pa.field("pose", _numbers(6)),
+        pa.field("keypoints", _numbers(2 * JOINT_COUNT)),
+        pa.field("height", _numbers(JOINT_COUNT)),
+        pa.field("narrow", _numbers(EVIDENCE_SIZE * JOINT_COUNT)),
+        pa.field("wide", _numbers(EVIDENCE_SIZE * JOINT_COUNT)),
+        pa.field("joints", _numbers(3 * JOINT_COUNT)),
+        pa.field("visible", pa.list_(pa.bool_(), JOINT_COUNT)),
+    ]
+)
+
+
+def row_of(view: FitView, poses: str, scene: Scene, camera: Camera, observation: Observation) -> dict[str, object]:
+    """A view's row.
+
+    Raises:
+        InvalidInput: the truth or the evidence did not come: a worker is older than this command.
+    """
+    if observation.joints is None or observation.visible is None or observation.evidence is None:
+        raise InvalidInput("an observation came without the truth or the evidence; are the workers of this version?")
+    intrinsics = camera.intrinsics
+    return {
+        "view": view.number,
+        "identity": scene.identity,
+        "poses": poses,
+        "depth_noise": camera.depth_noise,
+        "accompanied": bool(scene.bystanders),
+        "hidden": view.hidden,
+        "known": view.off is not None,
+        "distance": view.viewpoint.distance,
+        "intrinsics": (intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy),
+        "pose": (*camera.pose.position, *camera.pose.target),
+        "keypoints": observation.keypoints.ravel(),
+        "height": observation.height,
+        "narrow": observation.evidence.narrow.ravel(),
+        "wide": observation.evidence.wide.ravel(),
+        "joints": observation.joints.ravel(),
+        "visible": observation.visible,
+    }
+
+
+def table_of(rows: Sequence[Mapping[str, object]]) -> pa.Table:
+    """The rows as a table."""
+    return pa.Table.from_arrays([_column(field, [row[field.name] for row in rows]) for field in SCHEMA], schema=SCHEMA)
+
+
+def _column(field: pa.Field, values: Sequence[object]) -> pa.Array:
+    if not pa.types.is_fixed_size_list(field.type):
+        return pa.array(values, field.type)
+    flat = np.concatenate([np.asarray(value) for value in values])
+    inner = pa.array(flat.astype(field.type.value_type.to_pandas_dtype()), field.type.value_type)
+    return pa.FixedSizeListArray.from_arrays(inner, field.type.list_size)

@@ -1,0 +1,133 @@
+"""The frames that a lifter is fitted on, as arrays, and how they are made harder each time that they are shown."""
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from perception_worker.lifter.evidence import SHARE
+from perception_worker.lifter.tokens import Seen
+from protocol.arrays import BoolArray, Float64Array
+from protocol.camera import CameraPose, world_to_camera
+from protocol.errors import InvalidInput
+from protocol.observation import EVIDENCE_SIZE
+from protocol.skeleton import JOINT_COUNT
+
+LEAST_FOUND = 3
+"""Joints that are found of somebody at least, else nobody is; see `perception_worker.look`."""
+
+JOINTS_DROPPED, DEPTHS_DROPPED = (0.0, 0.3), (0.0, 0.3)
+"""Shares of a frame's joints, and of the depths around them, that are taken away: drawn evenly for each frame that
+loses any."""
+
+LOSES_JOINTS, LOSES_DEPTHS, LOSES_ALL_DEPTHS = 0.4, 0.3, 0.02
+"""Shares of the frames that do."""
+
+
+class Frames(Struct, frozen=True, eq=False, kw_only=True):
+    """n frames of people whose truth is known.
+
+    Attributes:
+        joints: (n, 18, 3) the true ones in the cameras' frames, metres.
+        identity: (n,) whose.
+        usual: (n,) whether they are like a flight's: alone, in full view, followed by a filter.
+    """
+
+    seen: Seen
+    joints: Float64Array
+    identity: NDArray[np.int64]
+    usual: BoolArray
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+    def of(self, chosen: NDArray[np.intp] | BoolArray) -> "Frames":
+        """Some of them."""
+        seen = Seen(**{name: getattr(self.seen, name)[chosen] for name in self.seen.__struct_fields__})
+        return Frames(seen=seen, joints=self.joints[chosen], identity=self.identity[chosen], usual=self.usual[chosen])
+
+
+def read_frames(path: Path) -> Frames:
+    """The frames of a table in which somebody was found.
+
+    Raises:
+        InvalidInput: it is no table of `orchestrator lifter fit`.
+    """
+    try:
+        table = pq.read_table(path)
+    except (OSError, pa.ArrowException) as error:
+        raise InvalidInput(f"{path} is no table of views: {error}") from error
+    lacking = {"keypoints", "narrow", "wide", "joints", "intrinsics", "pose"} - set(table.column_names)
+    if lacking or table.num_rows == 0:
+        raise InvalidInput(f"{path} is no table of 'orchestrator lifter fit'")
+    frames = _frames(table)
+    found = np.isfinite(frames.seen.rays[:, :, 0]).sum(axis=1)
+    return frames.of(found >= LEAST_FOUND)
+
+
+def made_harder(seen: Seen, random: np.random.Generator) -> Seen:
+    """The frames with joints that were not found and depths that were not measured, though they were."""
+    frames = len(seen.rays)
+    kept = random.random((frames, JOINT_COUNT)) >= _shares(frames, LOSES_JOINTS, JOINTS_DROPPED, random)
+    enough = (kept & np.isfinite(seen.rays[:, :, 0])).sum(axis=1) >= LEAST_FOUND
+    kept |= ~enough[:, None]
+    measured = random.random((frames, JOINT_COUNT)) >= _shares(frames, LOSES_DEPTHS, DEPTHS_DROPPED, random)
+    measured &= (random.random(frames) >= LOSES_ALL_DEPTHS)[:, None]
+    return replace(
+        seen,
+        rays=np.where(kept[:, :, None], seen.rays, np.nan),
+        height=np.where(kept, seen.height, 0.0),
+        narrow=_without(seen.narrow, kept & measured),
+        wide=_without(seen.wide, kept & measured),
+    )
+
+
+def _shares(frames: int, losing: float, bounds: tuple[float, float], random: np.random.Generator) -> Float64Array:
+    return (random.uniform(*bounds, frames) * (random.random(frames) < losing))[:, None]
+
+
+def _without(evidence: NDArray[np.float32], kept: BoolArray) -> NDArray[np.float32]:
+    left = np.where(kept[:, :, None], evidence, np.float32(np.nan))
+    left[:, :, SHARE] = np.where(kept, evidence[:, :, SHARE], 0.0)
+    return left
+
+
+def _frames(table: pa.Table) -> Frames:
+    fx, fy, cx, cy = _lists(table, "intrinsics", 4).T
+    keypoints = _lists(table, "keypoints", JOINT_COUNT, 2)
+    transforms = _transforms(_lists(table, "pose", 6))
+    joints = _lists(table, "joints", JOINT_COUNT, 3)
+    rays = (keypoints - np.stack([cx, cy], axis=1)[:, None]) / np.stack([fx, fy], axis=1)[:, None]
+    narrow, wide = (_lists(table, name, JOINT_COUNT, EVIDENCE_SIZE).astype(np.float32) for name in ("narrow", "wide"))
+    return Frames(
+        seen=Seen(
+            rays=rays,
+            height=_lists(table, "height", JOINT_COUNT),
+            narrow=narrow,
+            wide=wide,
+            up=transforms[:, 1:3, 2],
+            focal=fx,
+        ),
+        joints=joints @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3],
+        identity=table["identity"].to_numpy().astype(np.int64),
+        usual=~_flag(table, "accompanied") & ~_flag(table, "hidden") & _flag(table, "known"),
+    )
+
+
+def _lists(table: pa.Table, name: str, *shape: int) -> Float64Array:
+    values = table[name].combine_chunks().flatten().to_numpy(zero_copy_only=False)
+    return values.astype(np.float64).reshape(table.num_rows, *shape)
+
+
+def _flag(table: pa.Table, name: str) -> BoolArray:
+    return table[name].to_numpy().astype(bool)
+
+
+def _transforms(poses: Float64Array) -> Float64Array:
+    """(n, 4, 4) from the world to each camera, of positions and targets (n, 6)."""
+    ends = [(tuple(pose[:3]), tuple(pose[3:])) for pose in poses.tolist()]
+    return np.stack([world_to_camera(CameraPose(position, target)) for position, target in ends])

@@ -1,0 +1,47 @@
+import numpy as np
+import pytest
+
+from perception_worker.lifter.network import OUTPUT_SIZE, LifterNetwork
+from perception_worker.lifter.tokens import TOKEN_SIZE
+from protocol.errors import ArtifactDamaged
+from protocol.skeleton import JOINT_COUNT
+from tests.perception_worker.lifter.bodies import SHAPE, weights
+
+
+@pytest.fixture
+def tokens() -> np.ndarray:
+    return np.random.default_rng(1).normal(size=(3, JOINT_COUNT, TOKEN_SIZE)).astype(np.float32)
+
+
+def test_computes_what_torch_does(tokens):
+    torch = pytest.importorskip("torch")
+    from perception_worker.lifter.fitting.model import LifterModel
+
+    model = LifterModel(SHAPE).eval()
+    with torch.no_grad():
+        for name, weight in model.weights().items():
+            weight.copy_(torch.from_numpy(weights()[name]))
+        wanted = model(torch.from_numpy(tokens)).numpy()
+    found = LifterNetwork(SHAPE, weights())(tokens)
+    assert found.shape == (3, JOINT_COUNT, OUTPUT_SIZE)
+    np.testing.assert_allclose(found, wanted, atol=2e-5)
+
+
+def test_gives_the_same_bytes_for_the_same_tokens(tokens):
+    network = LifterNetwork(SHAPE, weights())
+    before = tokens.copy()
+    assert network(tokens).tobytes() == network(tokens).tobytes()
+    np.testing.assert_array_equal(tokens, before)
+
+
+@pytest.mark.parametrize("wrong", ["missing", "shape", "nan"])
+def test_refuses_weights_that_it_can_not_compute_with(wrong):
+    arrays = weights()
+    if wrong == "missing":
+        del arrays["1.hidden"]
+    elif wrong == "shape":
+        arrays["1.hidden"] = arrays["1.hidden"].T
+    else:
+        arrays["1.hidden"][0, 0] = np.nan
+    with pytest.raises(ArtifactDamaged, match=r"1\.hidden"):
+        LifterNetwork(SHAPE, arrays)
