@@ -13,7 +13,7 @@ from protocol.frame import Encoding, Frame
 from protocol.message import Reply, Request
 from protocol.observation import FilterState, Lifting, Observation
 from protocol.region import Region, require_in_picture
-from protocol.scene import MOST_BYSTANDERS, Scene, Split
+from protocol.scene import MOST_BYSTANDERS, Poses, Scene, Split
 
 PROTOCOL_VERSION = 1
 OLDEST_PROTOCOL_VERSION = 1
@@ -103,12 +103,14 @@ class Sampled(Reply, frozen=True, eq=False, kw_only=True):
 class SampleScene(Request[Sampled], frozen=True, eq=False, kw_only=True):
     """Draw a scene; the same seed and split give the same scene on every worker.
 
-    With `bystanders`, the same scene has that many people more in it.
+    With `bystanders`, the same scene has that many people more in it. With other `poses` than the eight kinds, the same
+    person does something else: a worker that does not know the field draws one of the kinds.
     """
 
     seed: int
     split: Split
     bystanders: Annotated[int, Meta(ge=0, le=MOST_BYSTANDERS)] = 0
+    poses: Poses = "kinds"
 
 
 class Render(Request[Frame], frozen=True, eq=False, kw_only=True):

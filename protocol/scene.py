@@ -8,11 +8,18 @@ frame.
 import math
 from typing import Literal, TypeAlias
 
-from msgspec import Struct
+from msgspec import Struct, field
+from msgspec.structs import force_setattr
 
 from protocol.camera import Vector3
 
 Split: TypeAlias = Literal["train", "test"]
+
+Poses: TypeAlias = Literal["kinds", "wide", "overhead", "crossed", "squat", "kneel", "sit"]
+"""What a scene's pose is drawn from: the eight kinds; `wide`, to train on; or a family that `wide` keeps out of.
+
+A scene's randomness counts from the name's place here, so a new one is the last.
+"""
 
 TRAIN_IDENTITIES = range(40)
 TEST_IDENTITIES = range(40, 60)
@@ -28,7 +35,8 @@ class Arm(Struct, frozen=True):
     """Where a wrist is, and how the elbow hangs.
 
     Attributes:
-        wrist: from the shoulder, in the body frame, in units of the arm's length (1 is a straight arm).
+        wrist: from the shoulder, in units of the arm's length (1 is a straight arm), in the frame of the upper trunk:
+            the body frame, turned as the trunk is.
         swivel: radians by which the elbow turns out of the vertical plane through the arm, outwards positive.
     """
 
@@ -37,7 +45,10 @@ class Arm(Struct, frozen=True):
 
 
 class Leg(Struct, frozen=True):
-    """Radians. `flexion` lifts the thigh to the front, `abduction` to the outside, `knee` bends the lower leg back."""
+    """Radians. `flexion` lifts the thigh to the front, `abduction` to the outside, `knee` bends the lower leg back.
+
+    The foot is level as far as the ankle can bend.
+    """
 
     flexion: float = 0.0
     abduction: float = 0.0
@@ -45,21 +56,44 @@ class Leg(Struct, frozen=True):
 
 
 class Head(Struct, frozen=True):
-    """Radians. `pitch` nods down, `turn` looks to the person's left."""
+    """Radians, against the upper trunk. `pitch` nods down, `turn` looks to the person's left."""
 
     pitch: float = 0.0
     turn: float = 0.0
 
 
-class BodyPose(Struct, frozen=True):
-    """One sample of one of the eight kinds of body pose (`kind`, 0 to 7)."""
+class Trunk(Struct, frozen=True):
+    """Radians by which the shoulders are turned against the pelvis, which stays as it is.
+
+    The spine twists about itself by `twist`, to the person's left, and then tilts to the front by `bend` and to the
+    left by `lean`, about one axis.
+    """
+
+    bend: float = 0.0
+    lean: float = 0.0
+    twist: float = 0.0
+
+
+UPRIGHT = Trunk()
+
+
+# An upright pose is encoded as it was before there was a trunk: the noise of depth is seeded by the bytes. Legs and
+# head have factories, since a default that one makes is never omitted.
+class BodyPose(Struct, frozen=True, omit_defaults=True):
+    """What a body does: a sample of one of the eight kinds of body pose (`kind`, 0 to 7), or a pose of no kind (0)."""
 
     kind: int
     left_arm: Arm
     right_arm: Arm
-    left_leg: Leg = Leg()
-    right_leg: Leg = Leg()
-    head: Head = Head()
+    left_leg: Leg = field(default_factory=Leg)
+    right_leg: Leg = field(default_factory=Leg)
+    head: Head = field(default_factory=Head)
+    trunk: Trunk = UPRIGHT
+
+    def __post_init__(self) -> None:
+        # Only the default itself is omitted, not what equals it; equal poses must be equal bytes.
+        if self.trunk == UPRIGHT:
+            force_setattr(self, "trunk", UPRIGHT)
 
 
 class Sun(Struct, frozen=True):

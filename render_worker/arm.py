@@ -11,6 +11,9 @@ from render_worker.rotation import cross, frame, rotation, rotation_vector, shor
 STRAIGHTEST = 0.995
 """Share of its length that an arm reaches at most: a fully straight one has no plane to bend in."""
 
+UPPER_SHARE = 0.535
+"""Of an arm's length that is above the elbow; in no identity more than 0.01 more or less."""
+
 _GIRDLE_SHARE = 0.22
 """Share of the upper arm's turn that the collarbone and shoulder blade take over."""
 
@@ -58,6 +61,12 @@ def pose_arm(rest: RestArm, arm: Arm) -> PosedArm:
     upper = _turn(rest.elbow - rest.shoulder, _hinge(rest), elbow, cross(elbow, target))
     lower = _turn(rest.wrist - rest.elbow, _hinge(rest), target - elbow, cross(elbow, target))
     return PosedArm(girdle, _without_half_the_twist(upper, girdle, rest.elbow - rest.shoulder), upper, lower)
+
+
+def elbow_of(arm: Arm, side: int) -> Float64Array:
+    """The elbow (3,) of an arm of usual proportions, as `Arm.wrist`; `side` is 1 for the left and -1 for the right."""
+    target = _within_reach(np.asarray(arm.wrist, float), UPPER_SHARE, 1 - UPPER_SHARE)
+    return _elbow(target, UPPER_SHARE, 1 - UPPER_SHARE, _hanging(target, arm.swivel, side))
 
 
 def _girdle(rest: RestArm, reach: Float64Array) -> Float64Array:

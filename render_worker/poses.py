@@ -8,12 +8,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from protocol.camera import Vector3
 from protocol.scene import Arm, BodyPose, Head, Leg
+from render_worker.limbs import hanging, on_side, reach, standing
 
 HANDOVER_POSES = (1, 3, 6)
-
-_Range = tuple[float, float]
 
 
 def sample_pose(kind: int, random: np.random.Generator) -> BodyPose:
@@ -23,80 +21,57 @@ def sample_pose(kind: int, random: np.random.Generator) -> BodyPose:
     left_leg, right_leg = (legs[0], legs[1]) if left_handed else (legs[1], legs[0])
     head = Head(pitch=float(random.uniform(-0.05, 0.2)), turn=float(random.uniform(-0.25, 0.25)))
     left_arm, right_arm = (active, other) if left_handed else (other, active)
-    return BodyPose(kind, _on_side(left_arm, 1), _on_side(right_arm, -1), left_leg, right_leg, head)
+    return BodyPose(kind, on_side(left_arm, 1), on_side(right_arm, -1), left_leg, right_leg, head)
 
 
 _Limbs = tuple[Arm, Arm, tuple[Leg, Leg]]
 """The active arm, the other one (both as if on the left), and the legs of their sides."""
 
 
-def _on_side(arm: Arm, side: int) -> Arm:
-    x, y, z = arm.wrist
-    return Arm((x, side * y, z), arm.swivel)
-
-
-def _reach(random: np.random.Generator, *, out: _Range, up: _Range, length: _Range, swivel: _Range = (0.1, 0.3)) -> Arm:
-    """An arm towards a direction: `out` of the sagittal plane and `up` from level, in degrees."""
-    azimuth, elevation = np.radians(random.uniform(*out)), np.radians(random.uniform(*up))
-    reach = random.uniform(*length)
-    level = reach * np.cos(elevation)
-    wrist: Vector3 = (float(level * np.cos(azimuth)), float(level * np.sin(azimuth)), float(reach * np.sin(elevation)))
-    return Arm(wrist, float(random.uniform(*swivel)))
-
-
-def _hanging(random: np.random.Generator) -> Arm:
-    return _reach(random, out=(20, 50), up=(-80, -72), length=(0.93, 0.98), swivel=(-0.1, 0.15))
-
-
-def _standing(random: np.random.Generator) -> tuple[Leg, Leg]:
-    legs = [Leg(flexion=float(random.uniform(-0.03, 0.03)), abduction=float(random.uniform(-0.08, 0.02))) for _ in "lr"]
-    return legs[0], legs[1]
-
-
 def _idle(random: np.random.Generator) -> _Limbs:
-    return _hanging(random), _hanging(random), _standing(random)
+    return hanging(random), hanging(random), standing(random)
 
 
 def _handover(random: np.random.Generator) -> _Limbs:
-    active = _reach(random, out=(-8, 15), up=(-28, 0), length=(0.72, 0.93))
-    return active, _hanging(random), _standing(random)
+    active = reach(random, out=(-8, 15), up=(-28, 0), length=(0.72, 0.93))
+    return active, hanging(random), standing(random)
 
 
 def _arms_open(random: np.random.Generator) -> _Limbs:
     def arm() -> Arm:
-        return _reach(random, out=(65, 85), up=(-58, -35), length=(0.9, 0.98), swivel=(-0.1, 0.2))
+        return reach(random, out=(65, 85), up=(-58, -35), length=(0.9, 0.98), swivel=(-0.1, 0.2))
 
-    return arm(), arm(), _standing(random)
+    return arm(), arm(), standing(random)
 
 
 def _low_handover(random: np.random.Generator) -> _Limbs:
-    active = _reach(random, out=(-5, 25), up=(-52, -35), length=(0.66, 0.85))
-    return active, _hanging(random), _standing(random)
+    active = reach(random, out=(-5, 25), up=(-52, -35), length=(0.66, 0.85))
+    return active, hanging(random), standing(random)
 
 
 def _side_raise(random: np.random.Generator) -> _Limbs:
-    active = _reach(random, out=(70, 92), up=(-30, 15), length=(0.88, 0.98), swivel=(-0.1, 0.2))
-    return active, _hanging(random), _standing(random)
+    active = reach(random, out=(70, 92), up=(-30, 15), length=(0.88, 0.98), swivel=(-0.1, 0.2))
+    return active, hanging(random), standing(random)
 
 
 def _stride(random: np.random.Generator) -> _Limbs:
     step = float(random.uniform(0.16, 0.3))
-    front = _reach(random, out=(5, 20), up=(-72, -60), length=(0.86, 0.94))
-    back = _reach(random, out=(130, 160), up=(-76, -66), length=(0.94, 0.98))
+    front = reach(random, out=(5, 20), up=(-72, -60), length=(0.86, 0.94))
+    back = reach(random, out=(130, 160), up=(-76, -66), length=(0.94, 0.98))
     return front, back, (Leg(flexion=-step, knee=0.06), Leg(flexion=step, knee=0.06))
 
 
 def _stepping_handover(random: np.random.Generator) -> _Limbs:
     step = float(random.uniform(0.12, 0.24))
-    active = _reach(random, out=(15, 45), up=(-22, 8), length=(0.75, 0.95))
-    return active, _hanging(random), (Leg(flexion=-step, knee=0.05), Leg(flexion=step, knee=0.05))
+    active = reach(random, out=(15, 45), up=(-22, 8), length=(0.75, 0.95))
+    return active, hanging(random), (Leg(flexion=-step, knee=0.05), Leg(flexion=step, knee=0.05))
 
 
 def _both_forward(random: np.random.Generator) -> _Limbs:
     def arm() -> Arm:
-        return _reach(random, out=(-6, 14), up=(-38, -12), length=(0.62, 0.86), swivel=(0.1, 0.4))
+        return reach(random, out=(-6, 14), up=(-38, -12), length=(0.62, 0.86), swivel=(0.1, 0.4))
 
-    return arm(), arm(), _standing(random)
+    return arm(), arm(), standing(random)
 
 
 _KINDS: tuple[Callable[[np.random.Generator], _Limbs], ...] = (

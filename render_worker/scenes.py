@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import TypeVar
+from typing import Literal, TypeVar, get_args
 
 import numpy as np
 from msgspec.structs import replace
@@ -14,13 +14,17 @@ from protocol.scene import (
     TEST_POSES,
     TRAIN_IDENTITIES,
     TRAIN_POSES,
+    BodyPose,
     Figure,
+    Poses,
     Scene,
     Split,
     Sun,
 )
+from render_worker.pose_families import Family, sample_family
 from render_worker.poses import sample_pose
 from render_worker.surroundings import BACKGROUNDS, is_hall
+from render_worker.wide_poses import sample_wide_pose
 
 FARTHEST_FROM_ORIGIN = 0.5
 
@@ -39,11 +43,12 @@ _OF_SPLIT: dict[Split, tuple[range, range]] = {
 _Choice = TypeVar("_Choice")
 
 
-def sample_scene(seed: int, split: Split, bystanders: int = 0) -> Scene:
+def sample_scene(seed: int, split: Split, bystanders: int = 0, poses: Poses = "kinds") -> Scene:
     """Draw a scene: who, in what pose, dressed how, where, and under what light.
 
     Train scenes have identities 0 to 39 in poses 0 to 5; test scenes identities 40 to 59 in poses 0 to 7. With
-    `bystanders`, the same scene has that many people more in it, of the same split.
+    `bystanders`, the same scene has that many people more in it, of the same split. With other `poses`, the person of
+    the same scene does something else; bystanders do not.
 
     Raises:
         InvalidInput: more bystanders than are drawn, or less than none.
@@ -57,7 +62,13 @@ def sample_scene(seed: int, split: Split, bystanders: int = 0) -> Scene:
     people = [scene.person]
     for _ in range(bystanders):
         people.append(_sample_bystander(random, split, people))
-    return replace(scene, bystanders=tuple(people[1:]))
+    pose = scene.pose if poses == "kinds" else _sample_other(key, poses)
+    return replace(scene, pose=pose, bystanders=tuple(people[1:]))
+
+
+def _sample_other(key: Sequence[int], poses: Literal["wide"] | Family) -> BodyPose:
+    random = np.random.default_rng([*key, 2, get_args(Poses).index(poses)])
+    return sample_wide_pose(random) if poses == "wide" else sample_family(poses, random)
 
 
 def _sample_alone(random: np.random.Generator, split: Split) -> Scene:

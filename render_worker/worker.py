@@ -124,7 +124,7 @@ def answer_sample(request: SampleScene) -> Sampled:
     Raises:
         InvalidInput: as `sample_scene`.
     """
-    return Sampled(scene=sample_scene(request.seed, request.split, request.bystanders))
+    return Sampled(scene=sample_scene(request.seed, request.split, request.bystanders, request.poses))
 
 
 def _warm_up(renderer: Renderer) -> None:

@@ -32,7 +32,7 @@ from protocol.messages import (
 )
 from protocol.observation import Evidence, FilterState, Observation, Reading
 from protocol.region import Region
-from protocol.scene import Arm, BodyPose, Figure, Head, Leg, Scene, Sun
+from protocol.scene import Arm, BodyPose, Figure, Head, Leg, Scene, Sun, Trunk
 
 CAMERA = Camera(
     CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0)), Intrinsics.from_horizontal_fov(8, 6, 70.0), depth_noise="d435i"
@@ -47,6 +47,7 @@ SCENE = Scene(
         left_leg=Leg(0.1, 0.05, 0.2),
         right_leg=Leg(),
         head=Head(0.1, -0.4),
+        trunk=Trunk(0.3, -0.1, 0.2),
     ),
     appearance=7,
     position=(0.5, -0.25),
@@ -164,7 +165,7 @@ def samples() -> tuple[Message, ...]:
         Failure(code="overloaded", message="64 requests are in hand already", retryable=True),
         Dismiss(incarnation="0123456789abcdef"),
         Dismissed(),
-        SampleScene(seed=2**40, split="test", bystanders=2),
+        SampleScene(seed=2**40, split="test", bystanders=2, poses="wide"),
         Sampled(scene=SCENE),
         Render(scene=SCENE, camera=CAMERA, truth=True, encoding="lossless", region=Region(2, 1, 4, 3)),
         picture(),

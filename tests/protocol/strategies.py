@@ -37,7 +37,7 @@ from protocol.messages import (
 )
 from protocol.observation import FARTHEST, Evidence, FilterState, Lifting, Observation, Reading
 from protocol.region import Region
-from protocol.scene import MOST_BYSTANDERS, Arm, BodyPose, Figure, Head, Leg, Scene, Sun
+from protocol.scene import MOST_BYSTANDERS, Arm, BodyPose, Figure, Head, Leg, Poses, Scene, Sun, Trunk
 
 finite = st.floats(allow_nan=False, allow_infinity=False, width=32)
 any_float = st.floats(width=32)
@@ -78,7 +78,16 @@ intrinsics = st.builds(
 camera = st.builds(Camera, pose, intrinsics, st.sampled_from(["none", "d435i"]))
 arm = st.builds(Arm, vector, finite)
 leg = st.builds(Leg, finite, finite, finite)
-body_pose = st.builds(BodyPose, st.integers(0, 7), arm, arm, leg, leg, st.builds(Head, finite, finite))
+body_pose = st.builds(
+    BodyPose,
+    st.integers(0, 7),
+    arm,
+    arm,
+    leg,
+    leg,
+    st.builds(Head, finite, finite),
+    st.builds(Trunk, finite, finite, finite),
+)
 figure = st.builds(
     Figure,
     identity=st.integers(0, 59),
@@ -224,7 +233,11 @@ MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
     Dismiss: st.builds(Dismiss, incarnation=name),
     Dismissed: st.builds(Dismissed),
     SampleScene: st.builds(
-        SampleScene, seed=whole, split=st.sampled_from(["train", "test"]), bystanders=st.integers(0, MOST_BYSTANDERS)
+        SampleScene,
+        seed=whole,
+        split=st.sampled_from(["train", "test"]),
+        bystanders=st.integers(0, MOST_BYSTANDERS),
+        poses=st.sampled_from(get_args(Poses)),
     ),
     Sampled: st.builds(Sampled, scene=scene),
     Render: renders(),
