@@ -59,9 +59,7 @@ def observe_views(parts: Parts, views: ViewSet, config: RunConfig, workers: Work
         parts.write(part, table_of(rows))
 
 
-def provenance(
-    config: RunConfig, views: Struct, versions: Versions, capabilities: Mapping[str, str]
-) -> dict[str, str]:
+def provenance(config: RunConfig, views: Struct, versions: Versions, capabilities: Mapping[str, str]) -> dict[str, str]:
     """What a table tells of how it was made; nothing of it changes by when or where that was."""
     return {
         "vantage.config": resolved_toml(what_counts(config)).decode(),

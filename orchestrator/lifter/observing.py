@@ -98,7 +98,7 @@ def _subjects(views: FitViews, numbers: Sequence[int], workers: Workers, rate: R
     for request, scene, frame in zip(requests, scenes, frames, strict=True):
         if frame.joints is None:
             raise InvalidInput("a frame came without the truth; is the render worker of this version?")
-        yield _Subject(scene, getattr(request, "poses", "kinds"), frame.joints)
+        yield _Subject(scene, request.poses, frame.joints)
 
 
 def _alone(scene: Scene) -> Scene:

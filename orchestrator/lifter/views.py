@@ -4,7 +4,6 @@ All of a view follows from the set's seed and its own number, whoever asks for i
 """
 
 import math
-from typing import Literal
 
 import numpy as np
 from msgspec import Struct
@@ -17,7 +16,7 @@ from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.messages import SampleScene
 from protocol.observation import FilterState
-from protocol.scene import TRAIN_IDENTITIES, Scene
+from protocol.scene import TRAIN_IDENTITIES, Poses, Scene
 from protocol.skeleton import JOINT_COUNT
 
 DISTANCE, ALTITUDE, FIELD_OF_VIEW = (1.0, 10.0), (0.6, 2.8), (50.0, 90.0)
@@ -38,8 +37,6 @@ BODY_OFF, JOINT_OFF = (0.01, 0.25), (0.02, 0.15)
 
 IN_FRONT = (0.3, 0.8)
 """Where on the way from the person to the camera somebody else stands who stands in front."""
-
-Poses = Literal["wide", "kinds"]
 
 
 class FitViews(Struct, frozen=True, kw_only=True):
