@@ -97,12 +97,15 @@ class Perceiver:
             quality = quality_of_estimation(sight.output.heatmaps, _cells(sight), points, others=others)
             calibrated = self._calibrate(points, quality, windows, frame.camera)
         told = _evidence(sight) if evidence or self._lifter else None
+        variance = None
         if self._lifter and told:
             with watch.stage("lift"):
                 lifted = self._lifter.lift(sight.keypoints, quality.height, told, frame.camera)
-                points, calibrated = lifted.points, Calibrated(lifted.expected_error, lifted.radius)
+                points, variance = lifted.points, lifted.variance
+                calibrated = Calibrated(lifted.expected_error, lifted.radius)
         with watch.stage("filter"):
-            updated = kalman.update(filter_state, _seen_alone(points, sight), quality.combined)
+            observed = points if filter_state.rule == "variance" else _seen_alone(points, sight)
+            updated = kalman.update(filter_state, observed, quality.combined, variance)
         return Observation(
             keypoints=sight.keypoints,
             points=points,
@@ -121,6 +124,7 @@ class Perceiver:
             radius=calibrated and calibrated.radius,
             readings={one: _read(self._lift(windows, sight, one), quality) for one in liftings},
             evidence=told if evidence else None,
+            variance=variance,
         )
 
     def _lift(self, windows: Windows, sight: Sight, lifting: Lifting) -> Float64Array:

@@ -1,5 +1,6 @@
 """What a perception worker makes of a frame: where each joint is, and how sure we are of it."""
 
+from collections.abc import Mapping
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -13,8 +14,16 @@ Lifting: TypeAlias = Literal["mean", "median", "nearest"]
 """What of the depths in the 7×7 pixels around a keypoint is taken for the joint's: their mean (seed, section 3.2),
 their median, or the mean of the surface in front."""
 
+FilterRule: TypeAlias = Literal["quality", "variance"]
+"""By what a filter tells an observation's noise: 1 - its quality, taken for m² (seed, section 3.3.4), or the variance
+that a learned lifter gives it."""
+
 INITIAL_VARIANCE = 1.0
 BASE_PROCESS_NOISE = 0.01
+"""m² a frame, of a filter by quality."""
+
+BASE_PROCESS_NOISES: Mapping[FilterRule, float] = {"quality": BASE_PROCESS_NOISE, "variance": 1e-4}
+"""m² that a joint's variance grows by from one frame that locates it to the next."""
 
 EVIDENCE_SIZE = 7
 """Numbers that tell of the depths in a window."""
@@ -31,12 +40,14 @@ class FilterState(Value, frozen=True, eq=False):
         variance: (18, 3) diagonal of the posterior covariance, m².
         process_noise: (18,) diagonal of Q for each joint, m²; it grows while a joint is not seen.
         seen: (18,) whether the joint was ever observed.
+        rule: by what it tells an observation's noise; where no lifter has learned a variance, by quality all the same.
     """
 
     mean: Float64Array
     variance: Float64Array
     process_noise: Float64Array
     seen: BoolArray
+    rule: FilterRule = "quality"
 
     def __post_init__(self) -> None:
         require_shape("mean", self.mean, (JOINT_COUNT, 3))
@@ -51,13 +62,14 @@ class FilterState(Value, frozen=True, eq=False):
                 raise ValueError(f"a filter's {name} must be finite and not negative")
 
     @classmethod
-    def initial(cls, mean: Vector3 = (0.0, 0.0, 0.0)) -> "FilterState":
+    def initial(cls, mean: Vector3 = (0.0, 0.0, 0.0), rule: FilterRule = "quality") -> "FilterState":
         """Nothing seen yet: every joint at `mean` with a variance of 1 m²."""
         return cls(
             mean=np.tile(np.asarray(mean, float), (JOINT_COUNT, 1)),
             variance=np.full((JOINT_COUNT, 3), INITIAL_VARIANCE),
-            process_noise=np.full(JOINT_COUNT, BASE_PROCESS_NOISE),
+            process_noise=np.full(JOINT_COUNT, BASE_PROCESS_NOISES[rule]),
             seen=np.zeros(JOINT_COUNT, bool),
+            rule=rule,
         )
 
 
@@ -112,6 +124,7 @@ class Observation(Reply, frozen=True, eq=False, kw_only=True):
         expected_error: (18,) metres between `points` and the joint that are expected, where the worker is calibrated;
             NaN where a joint was not located.
         radius: (18,) metres; a sphere about `points` that holds the joint with probability 0.9; NaN likewise.
+        variance: (18, 3) m² of `points` along the world's axes, where a learned lifter gives them; NaN likewise.
         readings: by other ways of lifting, those that were asked for.
         evidence: what a learned lifter is told, where it was asked for.
         joints, visible: the truth that came with the frame, where it was asked for.
@@ -136,6 +149,7 @@ class Observation(Reply, frozen=True, eq=False, kw_only=True):
     radius: Float64Array | None = None
     readings: dict[Lifting, Reading] = {}
     evidence: Evidence | None = None
+    variance: Float64Array | None = None
 
     @property
     def inferred(self) -> BoolArray:
@@ -147,6 +161,8 @@ class Observation(Reply, frozen=True, eq=False, kw_only=True):
         require_shape("points", self.points, (JOINT_COUNT, 3))
         for name in ("mass", "height", "distance", "quality"):
             require_shape(name, getattr(self, name), (JOINT_COUNT,))
+        if self.variance is not None:
+            require_shape("variance", self.variance, (JOINT_COUNT, 3))
         for name in ("spread", "expected_error", "radius"):
             if (array := getattr(self, name)) is not None:
                 require_shape(name, array, (JOINT_COUNT,))

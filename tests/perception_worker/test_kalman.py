@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from perception_worker.kalman import update
+from perception_worker.kalman import REPEATED, update
 from protocol.observation import FilterState
 from protocol.skeleton import Joint
 
@@ -120,3 +120,42 @@ def test_equals_the_dense_filter(seed, steps):
     assert np.diag(state.variance.ravel()) == pytest.approx(dense.p, abs=1e-9)
     assert np.repeat(state.process_noise, 3) == pytest.approx(dense.q)
     assert (np.repeat(state.seen, 3) == dense.ever).all()
+
+
+class TestByVariance:
+    """A filter whose noise is what a lifter says of itself."""
+
+    def test_a_new_joint_is_as_sure_as_its_observation_made_larger(self):
+        variance = np.full((18, 3), 0.0025)
+        state = update(FilterState.initial(rule="variance"), seen(Joint.NOSE, (1, 2, 3)), uniform(0.0), variance)
+        noise = REPEATED * 0.0025
+        assert state.variance[Joint.NOSE] == pytest.approx(np.full(3, noise / (1 + noise)))
+        assert state.mean[Joint.NOSE] == pytest.approx(np.array([1, 2, 3]) / (1 + noise))
+        assert state.rule == "variance"
+
+    def test_each_axis_has_a_noise_of_its_own(self):
+        variance = np.tile([0.0004, 0.01, 0.09], (18, 1))
+        state = update(FilterState.initial(rule="variance"), seen(Joint.NECK, (0, 0, 0)), uniform(1.0), variance)
+        assert np.all(np.diff(state.variance[Joint.NECK]) > 0)
+
+    def test_quality_says_nothing(self):
+        variance = np.full((18, 3), 0.01)
+        good, bad = (
+            update(FilterState.initial(rule="variance"), seen(Joint.NECK, (0, 1, 0)), uniform(quality), variance)
+            for quality in (1.0, 0.0)
+        )
+        np.testing.assert_array_equal(good.variance, bad.variance)
+
+    def test_a_joint_that_is_not_located_grows_less_sure(self):
+        state = update(
+            FilterState.initial(rule="variance"), seen(Joint.NECK, (0, 1, 0)), uniform(0.0), np.full((18, 3), 0.01)
+        )
+        later = update(state, NOTHING, uniform(0.0), np.full((18, 3), np.nan))
+        assert later.variance[Joint.NECK, 0] == state.variance[Joint.NECK, 0] + state.process_noise[Joint.NECK]
+        assert later.process_noise[Joint.NECK] > state.process_noise[Joint.NECK]
+        assert np.isfinite(later.mean).all()
+
+    def test_where_no_lifter_tells_a_variance_quality_does(self):
+        by_variance = update(FilterState.initial(rule="variance"), seen(Joint.NECK, (0, 1, 0)), uniform(0.5))
+        by_quality = update(FilterState.initial(), seen(Joint.NECK, (0, 1, 0)), uniform(0.5))
+        np.testing.assert_array_equal(by_variance.variance, by_quality.variance)

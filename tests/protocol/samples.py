@@ -119,7 +119,8 @@ def observation() -> Observation:
         height=ramp / 2,
         distance=1 - ramp,
         quality=ramp**2,
-        filter=FilterState.initial((1.0, 2.0, 3.0)),
+        filter=FilterState.initial((1.0, 2.0, 3.0), "variance"),
+        variance=np.full((18, 3), 0.25),
         heatmaps=np.arange(19 * 2 * 3, dtype=np.float32).reshape(19, 2, 3),
         heatmap_area=(1, 0, 6, 4),
         joints=np.zeros((18, 3)),
@@ -175,7 +176,7 @@ def samples() -> tuple[Message, ...]:
         Observe(
             scene=SCENE,
             camera=CAMERA,
-            filter=FilterState.initial(),
+            filter=FilterState.initial(rule="variance"),
             truth=True,
             heatmaps=True,
             liftings=("median", "mean"),

@@ -200,6 +200,7 @@ observations = st.builds(
     expected_error=st.none() | floats64(18),
     radius=st.none() | floats64(18),
     readings=st.dictionaries(lifting, readings, max_size=2),
+    variance=st.none() | floats64(18, 3),
     evidence=st.none() | st.builds(Evidence, narrow=floats32(18, 7), wide=floats32(18, 7)),
 )
 
