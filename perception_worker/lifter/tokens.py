@@ -16,6 +16,17 @@ from protocol.skeleton import Joint
 
 TOKEN_SIZE = 26
 
+INPUTS: dict[str, tuple[int, ...]] = {
+    "rays": (0, 1, 21, 22),
+    "narrow window": (*range(2, 9), 18),
+    "wide window": tuple(range(9, 16)),
+    "height": (16,),
+    "found": (17,),
+    "distance": (19, 20, 25),
+    "up": (23, 24),
+}
+"""The columns of each thing that is told; for whoever wants to know what it is worth."""
+
 _X, _CENTRE_X = 0, 21
 """Columns whose sign a mirror changes."""
 

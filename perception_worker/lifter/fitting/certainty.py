@@ -4,6 +4,8 @@ For each kind of joint by itself, left and right together, and for those that we
 (split conformal prediction, Mondrian by joint).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
@@ -12,6 +14,7 @@ from perception_worker.calibration.conformal import conformal_quantile
 from perception_worker.calibration.features import KIND
 from perception_worker.lifter.evidence import SHARE
 from perception_worker.lifter.fitting.frames import Frames
+from perception_worker.lifter.fitting.training import blinded
 from perception_worker.lifter.lifter import estimate_of
 from perception_worker.lifter.network import LifterNetwork
 from perception_worker.lifter.stored import Certainty
@@ -37,12 +40,12 @@ class Trial(Struct, frozen=True, eq=False):
     found: BoolArray
 
 
-def tried(network: LifterNetwork, frames: Frames) -> Trial:
-    """How far off a network is on frames."""
+def tried(network: LifterNetwork, frames: Frames, without: Sequence[str] = ()) -> Trial:
+    """How far off a network is on frames, without what it was trained without."""
     errors, scales = [], []
     for first in range(0, len(frames), _AT_ONCE):
         some = frames.of(np.arange(first, min(first + _AT_ONCE, len(frames))))
-        estimate = estimate_of(network, tokens_of(some.seen))
+        estimate = estimate_of(network, blinded(tokens_of(some.seen), without))
         errors.append(np.linalg.norm(estimate.points - some.joints, axis=2))
         scales.append(estimate.scale)
     found = np.isfinite(frames.seen.rays[:, :, 0])
@@ -59,8 +62,8 @@ def certainty_of(trial: Trial, *, found: bool) -> Certainty:
     for kind in KIND:
         chosen = (trial.found == found) & (kind == KIND)
         error, scale = trial.error[chosen], trial.scale[chosen]
-        errors.append(float(np.minimum(error, _LARGEST_ERROR).sum() / scale.sum()))
         radii.append(conformal_quantile(error / scale))
+        errors.append(float(np.minimum(error, _LARGEST_ERROR).sum() / scale.sum()))
     return Certainty(error=tuple(errors), radius=tuple(radii))
 
 

@@ -35,12 +35,14 @@ class Frames(Struct, frozen=True, eq=False, kw_only=True):
         joints: (n, 18, 3) the true ones in the cameras' frames, metres.
         identity: (n,) whose.
         usual: (n,) whether they are like a flight's: alone, in full view, followed by a filter.
+        wide: (n,) whether they are in poses of the widest ranges.
     """
 
     seen: Seen
     joints: Float64Array
     identity: NDArray[np.int64]
     usual: BoolArray
+    wide: BoolArray
 
     def __len__(self) -> int:
         return len(self.joints)
@@ -48,7 +50,8 @@ class Frames(Struct, frozen=True, eq=False, kw_only=True):
     def of(self, chosen: NDArray[np.intp] | BoolArray) -> "Frames":
         """Some of them."""
         seen = Seen(**{name: getattr(self.seen, name)[chosen] for name in self.seen.__struct_fields__})
-        return Frames(seen=seen, joints=self.joints[chosen], identity=self.identity[chosen], usual=self.usual[chosen])
+        rest = {name: getattr(self, name)[chosen] for name in self.__struct_fields__ if name != "seen"}
+        return Frames(seen=seen, **rest)
 
 
 def read_frames(path: Path) -> Frames:
@@ -115,6 +118,7 @@ def _frames(table: pa.Table) -> Frames:
         joints=joints @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3],
         identity=table["identity"].to_numpy().astype(np.int64),
         usual=~_flag(table, "accompanied") & ~_flag(table, "hidden") & _flag(table, "known"),
+        wide=np.array(table["poses"].to_pylist()) == "wide",
     )
 
 

@@ -1,6 +1,6 @@
 """Training of a lifter's network: so many times over all frames, each time harder and half of them in a mirror."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import torch
@@ -12,7 +12,7 @@ from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 from perception_worker.lifter.fitting.frames import Frames, made_harder
 from perception_worker.lifter.fitting.model import LifterModel, lifted, loss
 from perception_worker.lifter.network import Shape
-from perception_worker.lifter.tokens import MIRRORED, Tokens, mirrored, tokens_of
+from perception_worker.lifter.tokens import INPUTS, MIRRORED, Tokens, mirrored, tokens_of
 from protocol.arrays import Float32Array
 
 
@@ -21,6 +21,7 @@ class Training(Struct, frozen=True, kw_only=True):
 
     Attributes:
         averaging: how much of the weights' average stays with each step.
+        without: names of `INPUTS` that are 0 in every token; none, but for who wants to know what they are worth.
     """
 
     epochs: int = 60
@@ -29,6 +30,7 @@ class Training(Struct, frozen=True, kw_only=True):
     weight_decay: float = 1e-2
     averaging: float = 0.998
     seed: int = 0
+    without: tuple[str, ...] = ()
 
 
 class _Batch(Struct, frozen=True, eq=False):
@@ -55,7 +57,7 @@ def train(
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, training.learning_rate, total_steps=steps)
     for epoch in range(training.epochs):
         losses: list[float] = []
-        for batch in _batches(frames, training.batch, random):
+        for batch in _batches(frames, training, random):
             outputs = model(batch.tokens)
             points = lifted(outputs, batch.rays, batch.depth)
             value = loss(outputs, points, batch.truth, batch.rays)
@@ -71,14 +73,21 @@ def train(
     return {name: weight.detach().numpy().copy() for name, weight in model.weights().items()}
 
 
-def _batches(frames: Frames, size: int, random: np.random.Generator) -> Iterator[_Batch]:
+def blinded(tokens: Tokens, without: Sequence[str]) -> Tokens:
+    """Tokens in which some of `INPUTS` are 0."""
+    for name in without:
+        tokens.values[:, :, INPUTS[name]] = 0.0
+    return tokens
+
+
+def _batches(frames: Frames, training: Training, random: np.random.Generator) -> Iterator[_Batch]:
     order = random.permutation(len(frames))
-    for first in range(0, len(order), size):
-        yield _batch(frames.of(order[first : first + size]), random)
+    for first in range(0, len(order), training.batch):
+        yield _batch(frames.of(order[first : first + training.batch]), training.without, random)
 
 
-def _batch(frames: Frames, random: np.random.Generator) -> _Batch:
-    tokens = tokens_of(made_harder(frames.seen, random))
+def _batch(frames: Frames, without: Sequence[str], random: np.random.Generator) -> _Batch:
+    tokens = blinded(tokens_of(made_harder(frames.seen, random)), without)
     turned = random.random(len(frames)) < 0.5
     return _Batch(*map(torch.from_numpy, _turned(tokens, frames, turned)))
 
