@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from msgspec.structs import astuple
@@ -20,6 +21,15 @@ from protocol.camera import Camera
 from protocol.config import PerceptionConfig, Profile, settled
 from protocol.frame import Frame
 from protocol.observation import Evidence, FilterState, Lifting, Observation, Reading
+
+
+class _Placed(NamedTuple):
+    """Joints in the world, and what is known of how far off they are; see `Observation`."""
+
+    points: Float64Array
+    expected_error: Float64Array | None
+    radius: Float64Array | None
+    variance: Float64Array | None
 
 
 class Perceiver:
@@ -91,24 +101,20 @@ class Perceiver:
         frame = sight.frame
         with watch.stage("lift"):
             windows = windows_around(frame.depth, frame.area.inside(sight.keypoints))
-            points = self._lift(windows, sight, self._lifting)
+            surface = self._lift(windows, sight, self._lifting)
+            told = _evidence(sight) if evidence or self._lifter else None
         with watch.stage("qoe"):
             others = nearest_cells(sight.others, sight.output.heatmaps.shape[1:]) if self._masks_others else None
-            quality = quality_of_estimation(sight.output.heatmaps, _cells(sight), points, others=others)
-            calibrated = self._calibrate(points, quality, windows, frame.camera)
-        told = _evidence(sight) if evidence or self._lifter else None
-        variance = None
-        if self._lifter and told:
-            with watch.stage("lift"):
-                lifted = self._lifter.lift(sight.keypoints, quality.height, told, frame.camera)
-                points, variance = lifted.points, lifted.variance
-                calibrated = Calibrated(lifted.expected_error, lifted.radius)
+            quality = quality_of_estimation(sight.output.heatmaps, _cells(sight), surface, others=others)
+            calibrated = self._calibrate(surface, quality, windows, frame.camera)
+        with watch.stage("lift"):
+            placed = self._placed(sight, quality, told) or _Placed(surface, *calibrated, None)
         with watch.stage("filter"):
-            observed = points if filter_state.rule == "variance" else _seen_alone(points, sight)
-            updated = kalman.update(filter_state, observed, quality.combined, variance)
+            observed = placed.points if filter_state.rule == "variance" else _seen_alone(placed.points, sight)
+            updated = kalman.update(filter_state, observed, quality.combined, placed.variance)
         return Observation(
             keypoints=sight.keypoints,
-            points=points,
+            points=placed.points,
             mass=quality.mass,
             height=quality.height,
             distance=quality.distance,
@@ -120,19 +126,30 @@ class Perceiver:
             visible=frame.visible,
             timings=pictures.timings | watch.seconds,
             spread=windows.spread,
-            expected_error=calibrated and calibrated.expected_error,
-            radius=calibrated and calibrated.radius,
+            expected_error=placed.expected_error,
+            radius=placed.radius,
             readings={one: _read(self._lift(windows, sight, one), quality) for one in liftings},
             evidence=told if evidence else None,
-            variance=variance,
+            variance=placed.variance,
         )
 
     def _lift(self, windows: Windows, sight: Sight, lifting: Lifting) -> Float64Array:
         points = lift(windows, sight.keypoints, sight.frame.camera, lifting)
         return points if self._believes_all else within_reach(points)
 
-    def _calibrate(self, points: Float64Array, quality: Quality, windows: Windows, camera: Camera) -> Calibrated | None:
-        return self._calibration and self._calibration.calibrate(
+    def _placed(self, sight: Sight, quality: Quality, told: Evidence | None) -> "_Placed | None":
+        """What a learned lifter says, where there is one."""
+        if self._lifter is None or told is None:
+            return None
+        lifted = self._lifter.lift(sight.keypoints, quality.height, told, sight.frame.camera)
+        return _Placed(lifted.points, lifted.expected_error, lifted.radius, lifted.variance)
+
+    def _calibrate(
+        self, points: Float64Array, quality: Quality, windows: Windows, camera: Camera
+    ) -> Calibrated | tuple[None, None]:
+        if self._calibration is None:
+            return None, None
+        return self._calibration.calibrate(
             points,
             mass=quality.mass,
             height=quality.height,

@@ -11,6 +11,7 @@ from protocol.config import PerceptionConfig
 from protocol.observation import FilterState
 from protocol.skeleton import Joint
 from tests.perception_worker.drawn_maps import DrawnNetwork, person
+from tests.perception_worker.lifter.bodies import lifter
 
 BLACK = np.zeros((480, 640, 3), np.uint8)
 STANDING = person(20, 14)
@@ -126,7 +127,9 @@ class TestWhatComesAlong:
         ticks = itertools.count()
         perceiver = Perceiver(WholeLook(DrawnNetwork()), PerceptionConfig(), clock=lambda: float(next(ticks)))
         observation = perceiver.perceive(frame(BLACK), FilterState.initial())
-        assert observation.timings == dict.fromkeys(("infer", "decode", "lift", "qoe", "filter"), 1.0)
+        once = dict.fromkeys(("infer", "decode", "qoe", "filter"), 1.0)
+        # Evidence is read before there is a quality, and a lifter told of both.
+        assert observation.timings == once | {"lift": 2.0}
 
 
 @pytest.mark.slow
@@ -140,3 +143,50 @@ class TestRealNetwork:
 
     def test_a_black_picture_has_nobody(self, frame):
         assert np.isnan(perceive(open_network(PerceptionConfig()), frame(BLACK)).keypoints).all()
+
+
+class TestWithALifterThatHasLearned:
+    HIDDEN = (Joint.RIGHT_ANKLE, Joint.LEFT_ANKLE)
+
+    def observed(self, frame, **options):
+        network = DrawnNetwork(person(20, 14, without=list(self.HIDDEN)))
+        perceiver = Perceiver(WholeLook(network), PerceptionConfig(look="whole"), lifter=lifter())
+        state = options.pop("filter_state", FilterState.initial())
+        return perceiver.perceive(frame(BLACK, depth=4.0), state, **options)
+
+    def test_every_joint_has_a_place_and_those_that_were_not_found_are_inferred(self, frame):
+        observation = self.observed(frame)
+        assert np.isfinite(observation.points).all()
+        assert np.flatnonzero(observation.inferred).tolist() == sorted(self.HIDDEN)
+        for told in (observation.expected_error, observation.radius, observation.variance):
+            assert told is not None
+            assert (told > 0).all()
+
+    def test_quality_is_what_it_is_without_one(self, frame):
+        network = DrawnNetwork(person(20, 14, without=list(self.HIDDEN)))
+        without = perceive(network, frame(BLACK, depth=4.0))
+        for name in ("mass", "height", "distance", "quality"):
+            np.testing.assert_array_equal(getattr(self.observed(frame), name), getattr(without, name))
+
+    def test_a_filter_by_quality_takes_the_joints_that_were_found(self, frame):
+        state = self.observed(frame).filter
+        assert not state.seen[list(self.HIDDEN)].any()
+        assert state.seen.sum() == 16
+
+    def test_a_filter_by_variance_takes_them_all(self, frame):
+        state = self.observed(frame, filter_state=FilterState.initial(rule="variance")).filter
+        assert state.seen.all()
+        assert state.rule == "variance"
+
+    def test_evidence_comes_along_where_it_is_asked_for(self, frame):
+        assert self.observed(frame).evidence is None
+        evidence = self.observed(frame, evidence=True).evidence
+        assert evidence.narrow[Joint.NOSE].tolist() == pytest.approx([1.0] + [4.0] * 6)
+
+    def test_nobody_is_nowhere(self, frame):
+        perceiver = Perceiver(WholeLook(DrawnNetwork()), PerceptionConfig(look="whole"), lifter=lifter())
+        observation = perceiver.perceive(frame(BLACK), FilterState.initial(rule="variance"))
+        assert np.isnan(observation.points).all()
+        assert np.isnan(observation.radius).all()
+        assert not observation.inferred.any()
+        assert not observation.filter.seen.any()
