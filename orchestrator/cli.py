@@ -338,7 +338,7 @@ def view_scenes(
         Path | None, typer.Option(help="A file, or a directory for many scenes.", show_default="scene-SEED.png")
     ] = None,
 ) -> None:
-    """Draw what the drone would see of scenes: colour, depth, heatmaps, and the skeleton with each joint's quality."""
+    """Draw what the drone would see of scenes: colour, depth, heatmaps, the skeleton, and its joints in space."""
     # OpenCV and Pillow take their time to load, and no other command needs them.
     from orchestrator import view as viewing
 

@@ -25,7 +25,12 @@ HIDDEN_COLOUR: RGB = (165, 165, 165)
 UNKNOWN_COLOUR: RGB = (70, 70, 76)
 OUTLINE: RGB = (20, 20, 24)
 
+ARROW_HEAD = 10.0
+"""Length of an arrow's head, in pixels."""
+
 _SUBPIXEL_BITS = 4
+_FARTHEST = 10_000
+"""Pixels outside a picture that nobody draws beyond."""
 
 
 class DepthScale(Struct, frozen=True):
@@ -173,11 +178,11 @@ def skeleton_picture(
     for colour, thickness in ((None, 5), (1, 3)):
         for start, end in limbs:
             line_colour = OUTLINE if colour is None else side_colour((start, end))
-            _line(drawn, keypoints[start], keypoints[end], line_colour, thickness)
+            line(drawn, keypoints[start], keypoints[end], line_colour, thickness)
     for joint in Joint:
         if found[joint]:
-            _disc(drawn, keypoints[joint], marker + 2, OUTLINE)
-            _disc(drawn, keypoints[joint], marker, quality_colour(float(quality[joint])))
+            disc(drawn, keypoints[joint], marker + 2, OUTLINE)
+            disc(drawn, keypoints[joint], marker, quality_colour(float(quality[joint])))
     return drawn
 
 
@@ -206,19 +211,35 @@ def cross(picture: UInt8Array, centre: Float64Array, *, visible: bool, arm: floa
     stroke = np.array([arm, arm]) if visible else np.array([arm * np.sqrt(2), 0.0])
     for colour, thickness in ((OUTLINE, 3), (TRUTH_COLOUR if visible else HIDDEN_COLOUR, 1)):
         for half in (stroke, np.array([-stroke[1], stroke[0]])):
-            _line(picture, centre - half, centre + half, colour, thickness)
+            line(picture, centre - half, centre + half, colour, thickness)
 
 
-def _line(picture: UInt8Array, start: Float64Array, end: Float64Array, colour: RGB, thickness: int) -> None:
+def line(picture: UInt8Array, start: Float64Array, end: Float64Array, colour: RGB, thickness: int) -> None:
+    """Draw a stroke between two pixels (2,) into `picture`."""
     cv2.line(picture, _fixed(start), _fixed(end), colour, thickness, cv2.LINE_AA, _SUBPIXEL_BITS)
 
 
-def _disc(picture: UInt8Array, centre: Float64Array, radius: float, colour: RGB) -> None:
-    fixed_radius = round(radius * 2**_SUBPIXEL_BITS)
-    cv2.circle(picture, _fixed(centre), fixed_radius, colour, cv2.FILLED, cv2.LINE_AA, _SUBPIXEL_BITS)
+def disc(picture: UInt8Array, centre: Float64Array, radius: float, colour: RGB) -> None:
+    """Fill a circle about a pixel (2,) of `picture`."""
+    ring(picture, centre, radius, colour, cv2.FILLED)
+
+
+def ring(picture: UInt8Array, centre: Float64Array, radius: float, colour: RGB, thickness: int) -> None:
+    """Draw a circle about a pixel (2,) into `picture`."""
+    fixed_radius = round(min(radius, _FARTHEST) * 2**_SUBPIXEL_BITS)
+    cv2.circle(picture, _fixed(centre), fixed_radius, colour, thickness, cv2.LINE_AA, _SUBPIXEL_BITS)
+
+
+def arrow(picture: UInt8Array, tail: Float64Array, tip: Float64Array, colour: RGB, thickness: int) -> None:
+    """Draw an arrow between two pixels (2,) into `picture`."""
+    along = (tip - tail) * (ARROW_HEAD / max(float(np.linalg.norm(tip - tail)), 1e-9))
+    aside = np.array([-along[1], along[0]]) / 2
+    line(picture, tail, tip, colour, thickness)
+    for side in (aside, -aside):
+        line(picture, tip, tip - along + side, colour, thickness)
 
 
 def _fixed(pixel: Float64Array) -> tuple[int, int]:
     # OpenCV takes coordinates in fixed point; far outside the picture they would overflow.
-    x, y = np.round(np.clip(pixel, -10_000, 20_000) * 2**_SUBPIXEL_BITS).astype(int)
+    x, y = np.round(np.clip(pixel, -_FARTHEST, 2 * _FARTHEST) * 2**_SUBPIXEL_BITS).astype(int)
     return int(x), int(y)

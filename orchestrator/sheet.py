@@ -1,13 +1,15 @@
 """One page about one scene: what the camera saw, what the network made of it, and how sure we are of each joint."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from msgspec import Struct
 from PIL import Image, ImageDraw, ImageFont
 
 from orchestrator import picture
+from orchestrator.person_in_space import PersonInSpace, person_in_space
 from orchestrator.picture import RGB, DepthScale
+from orchestrator.space_picture import GRID, VIEWS, Volume, space_legend, space_picture, volume_around
 from protocol.arrays import Float32Array, UInt8Array
 from protocol.frame import Frame
 from protocol.observation import Observation
@@ -22,6 +24,8 @@ TABLE_WIDTH = 400
 HEADER = 104
 CAPTION = 32
 ROW = 27
+SPACE_HEIGHT = 560
+"""Of a picture in space."""
 
 PAPER: RGB = (250, 250, 248)
 INK: RGB = (28, 28, 32)
@@ -73,22 +77,31 @@ class Place(Struct, frozen=True):
     y: int
 
 
-def scene_sheet(title: str, subtitle: str, frame: Frame, observation: Observation) -> UInt8Array:
-    """The page of one scene, (height, width, 3) RGB; truth and heatmaps are drawn where they are there."""
+def scene_sheet(
+    title: str, subtitle: str, frame: Frame, observation: Observation, yaw: float | None = None
+) -> UInt8Array:
+    """The page of one scene, (height, width, 3) RGB; truth and heatmaps are drawn where they are there.
+
+    Args:
+        yaw: the person's, radians from world x; by their shoulders where it is not told.
+    """
     height, width = frame.depth.shape
     panel_height = round(PANEL_WIDTH * height / width)
     left, right = MARGIN, MARGIN + PANEL_WIDTH + GAP
     upper, lower = HEADER, HEADER + CAPTION + panel_height + GAP
     table = Place(right + PANEL_WIDTH + BAR_COLUMN + GAP, upper)
-    page_height = max(lower + CAPTION + panel_height, upper + _table_height()) + MARGIN
-    sheet = Sheet(table.x + _table_width(observation) + MARGIN, page_height)
+    space = Place(left, max(lower + CAPTION + panel_height, upper + _table_height()) + GAP)
+    page_width = table.x + _table_width(observation) + MARGIN
+    sheet = Sheet(page_width, space.y + 2 * CAPTION + SPACE_HEIGHT + MARGIN)
+    person = person_in_space(frame, observation, yaw)
     sheet.write(title, left, 26, 30)
     sheet.write(subtitle, left, 68, 18, FAINT)
     _put_panel(sheet, Place(left, upper), "Colour", frame.rgb)
     _put_depth(sheet, Place(right, upper), frame.depth, panel_height)
     _put_heatmaps(sheet, Place(left, lower), frame, observation)
     _put_skeleton(sheet, Place(right, lower), frame, observation, panel_height)
-    _put_table(sheet, table, observation)
+    _put_table(sheet, table, observation, person)
+    _put_space(sheet, space, page_width - 2 * MARGIN, person)
     return sheet.pixels()
 
 
@@ -130,6 +143,28 @@ def _put_skeleton(sheet: Sheet, place: Place, frame: Frame, observation: Observa
     _put_bar(sheet, Place(place.x + PANEL_WIDTH + GAP // 2, place.y + CAPTION), colours, ticks)
 
 
+def _put_space(sheet: Sheet, place: Place, width: int, person: PersonInSpace) -> None:
+    """The person from three sides, side by side in a row of a `width`."""
+    width = (width - (len(VIEWS) - 1) * GAP) // len(VIEWS)
+    volume = volume_around(person.all_points(), width, SPACE_HEIGHT)
+    heading = f"In space: squares of {GRID:g} m, the ground a thick line"
+    sheet.write(heading, place.x, place.y + CAPTION / 2, anchor="lm")
+    sheet.write(space_words(person, volume), place.x + width + GAP, place.y + CAPTION / 2, anchor="lm")
+    for number, view in enumerate(VIEWS):
+        x, y = place.x + number * (width + GAP), place.y + CAPTION
+        sheet.write(view.caption, x, y + CAPTION / 2, 15, FAINT, anchor="lm")
+        sheet.paste(space_picture(view, volume, person), x, y + CAPTION)
+
+
+def space_words(person: PersonInSpace, volume: Volume) -> str:
+    """How far off the joints are, and how many lie outside of one of the pictures or more."""
+    located = np.isfinite(person.points).all(axis=1)
+    outside = int((located & ~volume.shows(person.points)).sum())
+    if outside == 0:
+        return person.in_words()
+    return f"{person.in_words()} {outside} joint{'s lie' if outside > 1 else ' lies'} outside of the pictures."
+
+
 def _put_bar(sheet: Sheet, place: Place, colours: UInt8Array, ticks: Sequence[tuple[float, str]]) -> None:
     """A scale from top to bottom: `colours` (height, 3), ticks at shares of its height."""
     sheet.paste(np.repeat(colours[:, None], BAR_WIDTH, axis=1), place.x, place.y)
@@ -154,10 +189,10 @@ def _table_width(observation: Observation) -> int:
 
 
 def _table_height() -> int:
-    return CAPTION + ROW * (len(Joint) + 9)
+    return CAPTION + ROW * (len(Joint) + 12)
 
 
-def _put_table(sheet: Sheet, place: Place, observation: Observation) -> None:
+def _put_table(sheet: Sheet, place: Place, observation: Observation, person: PersonInSpace) -> None:
     y = place.y + CAPTION // 2
     sheet.write("Joint", place.x, y, anchor="lm")
     for heading, x in QUALITY_COLUMNS:
@@ -172,15 +207,24 @@ def _put_table(sheet: Sheet, place: Place, observation: Observation) -> None:
     sheet.box(place.x, y + ROW // 2 + 4, _table_width(observation), 1, RULE)
     y += ROW + 12
     sheet.write(f"Weighted uncertainty of the upper body: {uncertainty:.2f} of 10", place.x, y, anchor="lm")
-    _put_legend(sheet, Place(place.x, y + ROW + 8))
+    _put_legend(sheet, Place(place.x, y + ROW + 8), person)
 
 
 def _put_joint(sheet: Sheet, x: int, y: int, joint: Joint, observation: Observation) -> None:
-    found = bool(np.isfinite(observation.keypoints[joint]).all())
-    sheet.write(joint.name.replace("_", " ").lower(), x, y, 16, INK if found else FAINT, anchor="lm")
-    if not found:
-        sheet.write("not found", x + (QUALITY_COLUMNS[0][1] + QUALITY_COLUMNS[-1][1]) / 2, y, 15, FAINT, anchor="mm")
-        return
+    found, inferred = bool(np.isfinite(observation.keypoints[joint]).all()), bool(observation.inferred[joint])
+    sheet.write(joint.name.replace("_", " ").lower(), x, y, 16, INK if found or inferred else FAINT, anchor="lm")
+    if found:
+        _put_quality(sheet, x, y, joint, observation)
+    else:
+        middle = x + (QUALITY_COLUMNS[0][1] + QUALITY_COLUMNS[-1][1]) / 2
+        sheet.write("not seen: inferred" if inferred else "not found", middle, y, 15, FAINT, anchor="mm")
+    for field, _, column in METRE_COLUMNS:
+        metres = getattr(observation, field)
+        if metres is not None and np.isfinite(metres[joint]):
+            sheet.write(f"{float(metres[joint]):.2f}", x + column, y, 15, anchor="mm")
+
+
+def _put_quality(sheet: Sheet, x: int, y: int, joint: Joint, observation: Observation) -> None:
     for name, column in QUALITY_COLUMNS[:-1]:
         sheet.write(f"{float(getattr(observation, name)[joint]):.2f}", x + column, y, 15, FAINT, anchor="mm")
     column = QUALITY_COLUMNS[-1][1]
@@ -189,26 +233,26 @@ def _put_joint(sheet: Sheet, x: int, y: int, joint: Joint, observation: Observat
     sheet.box(x + column - 30, y - ROW / 2 + 2, 60, ROW - 4, colour)
     ink = INK if sum(colour) > 420 else PAPER
     sheet.write(f"{quality:.2f}", x + column, y, 15, ink, anchor="mm")
-    for field, _, column in METRE_COLUMNS:
-        metres = getattr(observation, field)
-        if metres is not None and np.isfinite(metres[joint]):
-            sheet.write(f"{float(metres[joint]):.2f}", x + column, y, 15, anchor="mm")
 
 
-def _put_legend(sheet: Sheet, place: Place) -> None:
-    y = place.y
+def _put_legend(sheet: Sheet, place: Place, person: PersonInSpace) -> None:
+    space = space_legend(radii=person.radius is not None, truth=person.truth is not None)
+    for row, (text, swatch) in enumerate([*_skeleton_legend(), *space]):
+        y = place.y + row * ROW
+        sheet.paste(swatch, place.x, y - 9)
+        sheet.write(text, place.x + 54, y, 16, anchor="lm")
+
+
+def _skeleton_legend() -> Iterator[tuple[str, UInt8Array]]:
     for text, colour in (
         ("the person's left", picture.LEFT_COLOUR),
         ("the person's right", picture.RIGHT_COLOUR),
         ("middle", picture.MIDDLE_COLOUR),
     ):
-        sheet.box(place.x, y - 9, 40, 18, picture.UNKNOWN_COLOUR)
-        sheet.box(place.x + 5, y - 2, 30, 4, colour)
-        sheet.write(text, place.x + 54, y, 16, anchor="lm")
-        y += ROW
+        swatch = np.full((18, 40, 3), picture.UNKNOWN_COLOUR, np.uint8)
+        swatch[7:11, 5:35] = colour
+        yield text, swatch
     for text, visible in (("true joint, in the camera's sight", True), ("true joint, hidden", False)):
         swatch = np.full((18, 40, 3), picture.UNKNOWN_COLOUR, np.uint8)
         picture.cross(swatch, np.array([19.5, 8.5]), visible=visible)
-        sheet.paste(swatch, place.x, y - 9)
-        sheet.write(text, place.x + 54, y, 16, anchor="lm")
-        y += ROW
+        yield text, swatch

@@ -186,7 +186,7 @@ def scene_page(
         f"identity {scene.identity}, pose {scene.pose.kind}{others}; the camera {viewpoint.distance:g} m away, "
         f"{viewpoint.angle:g}° from the front, {viewpoint.altitude:g} m high"
     )
-    return scene_sheet(f"Scene {seed} ({look.split})", subtitle, frame, observation)
+    return scene_sheet(f"Scene {seed} ({look.split})", subtitle, frame, observation, scene.yaw)
 
 
 def write_picture(path: Path, pixels: UInt8Array) -> None:

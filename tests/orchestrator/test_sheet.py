@@ -5,8 +5,22 @@ import pytest
 from msgspec.structs import replace
 
 from orchestrator import picture
+from orchestrator.person_in_space import person_in_space
 from orchestrator.picture import DepthScale
-from orchestrator.sheet import CAPTION, HEADER, MARGIN, METRES_WIDTH, PANEL_WIDTH, depth_ticks, scene_sheet
+from orchestrator.sheet import (
+    BAR_COLUMN,
+    CAPTION,
+    GAP,
+    HEADER,
+    MARGIN,
+    METRES_WIDTH,
+    PANEL_WIDTH,
+    ROW,
+    depth_ticks,
+    scene_sheet,
+    space_words,
+)
+from orchestrator.space_picture import volume_around
 from protocol.camera import Camera, CameraPose, Intrinsics, project
 from protocol.frame import Frame
 from protocol.observation import FilterState, Observation
@@ -73,6 +87,40 @@ def test_an_observation_in_metres_has_two_columns_more():
     assert wider.shape[1] == plain.shape[1] + METRES_WIDTH
     unlocated = replace(metres, expected_error=np.full(18, np.nan), radius=np.full(18, np.nan))
     assert (scene_sheet("Scene 1", "", frame, unlocated) != wider).any()
+
+
+def test_an_inferred_joint_is_marked_in_the_table_and_has_its_metres():
+    frame, observation = frame_and_observation()
+    metres = replace(observation, expected_error=np.full(18, 0.1), radius=np.full(18, 0.25))
+    keypoints, nowhere = observation.keypoints.copy(), observation.points.copy()
+    keypoints[4], nowhere[4] = np.nan, np.nan
+    seen, inferred = (scene_sheet("Scene 1", "", frame, one) for one in (metres, replace(metres, keypoints=keypoints)))
+    not_found = scene_sheet("Scene 1", "", frame, replace(metres, keypoints=keypoints, points=nowhere))
+    # The fifth joint's row, from its mass to its quality and from its error on.
+    right = MARGIN + 2 * PANEL_WIDTH + 2 * GAP + BAR_COLUMN
+    row = slice(HEADER + CAPTION // 2 + 5 * ROW - 8, HEADER + CAPTION // 2 + 5 * ROW + 8)
+    words, metre_columns = slice(right + 130, right + 390), slice(right + 400, right + 540)
+    assert (seen[row, metre_columns] == inferred[row, metre_columns]).all()
+    assert (seen[row, words] != inferred[row, words]).any()
+    assert (not_found[row, words] != inferred[row, words]).any()
+
+
+def test_a_page_without_truth_of_whom_nobody_found_can_be_drawn():
+    frame, observation = frame_and_observation(found=False)
+    bare = Frame(rgb=frame.rgb, depth=frame.depth, camera=frame.camera)
+    nobody = replace(observation, points=np.full((18, 3), np.nan))
+    assert scene_sheet("Scene 1", "", bare, nobody).shape == scene_sheet("Scene 1", "", frame, observation).shape
+
+
+def test_joints_outside_of_the_pictures_are_counted():
+    frame, observation = frame_and_observation()
+    points = observation.points.copy()
+    points[4] -= (7.0, 0.0, 0.0)
+    person = person_in_space(frame, replace(observation, points=points))
+    volume = volume_around(person.all_points(), 600, 560)
+    assert space_words(person, volume).endswith(" 1 joint lies outside of the pictures.")
+    whole = person_in_space(frame, observation)
+    assert space_words(whole, volume_around(whole.all_points(), 600, 560)) == whole.in_words()
 
 
 def test_depth_ticks_are_round_distances_that_can_be_read_apart():
