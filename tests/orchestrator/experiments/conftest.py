@@ -22,6 +22,7 @@ def frame(
         "seed": 7 * number,
         "identity": 40 + number % 4,
         "pose": number % 8,
+        "poses": "kinds",
         "distance": 1.5 + 7.5 * random.random(),
         "azimuth": random.uniform(-180, 180),
         "altitude": 1.6,

@@ -7,6 +7,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from orchestrator.experiments.directory import ExperimentDirectory
+from orchestrator.experiments.views import FAMILIES
 from tests.protocol.security.deployment import free_port
 
 pytestmark = pytest.mark.slow
@@ -53,6 +54,18 @@ def test_another_experiment_in_the_same_directory_is_refused_before_anything_sta
     other = orchestrator.run("experiment", "qoe", "--frames", "1", "--seed", "1", "--out", "e", rooms=None)
     assert other.returncode == 2
     assert "other views" in other.stderr
+
+
+def test_families_of_poses_are_observed_in_turn_and_named_in_the_table(orchestrator):
+    (orchestrator.folder / "small.toml").write_text(CONFIG)
+    options = (*SMALL[:4], "5", "--workers", "1", "--noise", "none", "--poses", "families", "--views-a-scene", "1")
+    done = orchestrator.run(*options, "--json", rooms=None, patience=PATIENCE)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["qoe"]["frames"] == 5
+    table = pq.read_table(orchestrator.folder / "runs" / "experiments" / "qoe-test-0-families" / "qoe.parquet")
+    assert tuple(table["poses"].to_pylist()[::18]) == FAMILIES
+    assert set(table["pose"].to_pylist()) == {0}
+    assert table["identity"].to_pylist()[::18] == [40, 41, 42, 43, 44]
 
 
 def test_flights_of_an_experiment_carry_the_filter_and_end_in_the_same_table_when_killed(orchestrator, wait_until):
