@@ -52,7 +52,7 @@ SCHEMA_OF_FLIGHTS = pa.schema(
         pa.field("filter_z", pa.float32(), metadata={"description": "m"}),
         pa.field("filter_error", pa.float32(), metadata={"description": "m between that and the true joint"}),
         pa.field("deviation", pa.float32(), metadata={"description": "m, root of the posterior's trace"}),
-        pa.field("seen", pa.bool_(), metadata={"description": "whether the filter ever had the joint located"}),
+        pa.field("seen", pa.bool_(), metadata={"description": "whether the filter was ever told of the joint"}),
     ]
 )
 

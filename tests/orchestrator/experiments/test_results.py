@@ -11,7 +11,8 @@ from orchestrator.experiments.directory import ExperimentDirectory
 from orchestrator.experiments.markdown import table, with_interval
 from orchestrator.experiments.page import page
 from orchestrator.experiments.results import Results, publish, work_out
-from orchestrator.experiments.targets import Target, targets
+from orchestrator.experiments.target import Target
+from orchestrator.experiments.targets import targets
 from orchestrator.experiments.views import ViewSet
 from protocol.config import RunConfig
 from protocol.errors import InvalidInput
