@@ -61,7 +61,7 @@ _JOINT = {
     "distance_quality": (pa.float32(), "quality by the distances between joints"),
     "quality": (pa.float32(), "the mean of the three"),
     "spread": (pa.float32(), "m between the nearest and the farthest depth in the window around the keypoint"),
-    "expected_error": (pa.float32(), "m, calibrated; NaN where the worker is not"),
+    "expected_error": (pa.float32(), "m, expected by the worker; NaN where it is neither calibrated nor learned"),
     "radius": (pa.float32(), "m, of the sphere that holds the joint with probability 0.9; NaN likewise"),
 }
 
