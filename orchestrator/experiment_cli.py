@@ -42,6 +42,7 @@ WorkersOption = Annotated[int | None, typer.Option(min=1, help="Perception worke
     "qoe",
     epilog=examples(
         "orchestrator experiment qoe --frames 5000",
+        "orchestrator experiment qoe --frames 2000 --poses families",
         "orchestrator experiment qoe configs/full.toml --split train --out runs/experiments/train",
     ),
 )
@@ -55,13 +56,21 @@ def qoe(
     noise: Annotated[
         Literal["both", "none", "d435i"], typer.Option(help="Of the depth; with both, each view is taken twice.")
     ] = "both",
+    poses: Annotated[
+        Literal["kinds", "families"], typer.Option(help="Of the people; families are poses that no training draws.")
+    ] = "kinds",
     workers: WorkersOption = None,
     join: JoinOption = None,
     key: KeyOption = None,
     allowed: AllowedOption = None,
     insecure: InsecureOption = False,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Where it goes.", show_default="runs/experiments/qoe-SPLIT-SEED")
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Where it goes; families have -families appended.",
+            show_default="runs/experiments/qoe-SPLIT-SEED",
+        ),
     ] = None,
     views_a_scene: Annotated[
         int, typer.Option(min=1, help="Views in a row of one scene: making another takes as long as nine pictures.")
@@ -87,6 +96,7 @@ def qoe(
         depth_noises=noises,
         views_a_scene=views_a_scene,
         frames_a_part=frames_a_part,
+        poses=poses,
     )
     settings = with_workers(load_config(config) if config else RunConfig(), workers or os.cpu_count() or 1)
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)

@@ -25,7 +25,8 @@ _VIEW = {
     "frame": (pa.int32(), "number of the view, from 0"),
     "seed": (pa.int64(), "that the scene was drawn from"),
     "identity": (pa.int8(), "who is seen, 0 to 59"),
-    "pose": (pa.int8(), "kind of body pose, 0 to 7"),
+    "pose": (pa.int8(), "kind of body pose, 0 to 7; 0 in a family"),
+    "poses": (_NAME, "kinds, or the family of poses"),
     "distance": (pa.float32(), "m along the ground from the person to the camera"),
     "azimuth": (pa.float32(), "degrees from the person's front to the camera, counter-clockwise seen from above"),
     "altitude": (pa.float32(), "m, of the camera above the ground"),
@@ -60,7 +61,7 @@ _JOINT = {
     "distance_quality": (pa.float32(), "quality by the distances between joints"),
     "quality": (pa.float32(), "the mean of the three"),
     "spread": (pa.float32(), "m between the nearest and the farthest depth in the window around the keypoint"),
-    "expected_error": (pa.float32(), "m, calibrated; NaN where the worker is not"),
+    "expected_error": (pa.float32(), "m, expected by the worker; NaN where it is neither calibrated nor learned"),
     "radius": (pa.float32(), "m, of the sphere that holds the joint with probability 0.9; NaN likewise"),
 }
 

@@ -64,4 +64,5 @@ class ExperimentDirectory(ViewsDirectory[ViewSet], frozen=True):
 
 def default_path(views: ViewSet) -> Path:
     """Where an experiment goes that was given no directory."""
-    return Path("runs") / "experiments" / f"qoe-{views.split}-{views.seed}"
+    families = "-families" if views.poses == "families" else ""
+    return Path("runs") / "experiments" / f"qoe-{views.split}-{views.seed}{families}"

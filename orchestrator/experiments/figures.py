@@ -5,16 +5,14 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from msgspec import Struct
 
-from orchestrator.experiments.bootstrap import Figure, IntArray, figure, mean, people_of, quantile, samples_of_people
+from orchestrator.experiments.bootstrap import Figure, IntArray, figure, mean, quantile
 from orchestrator.experiments.columns import LIFTINGS
 from orchestrator.experiments.correlation import auroc, pearson, spearman
 from orchestrator.experiments.frames import Frames, all_joints, located_only
-from orchestrator.experiments.sample import BANDS, LARGEST_ERROR, Estimates, Sample, uncertainties
+from orchestrator.experiments.lifting_figures import LiftedJoints
+from orchestrator.experiments.sample import BANDS, LARGEST_ERROR, LEARNED, Estimates, Sample, seen_joints, uncertainties
 from protocol.arrays import Float64Array
 from protocol.skeleton import Joint
-
-WRONG = 0.15
-"""Metres; what is farther from the truth counts as wrong for the area under the ROC curve."""
 
 FAR_OFF = 0.3
 """Metres; the share of errors beyond is told of each lifting."""
@@ -26,9 +24,10 @@ class Score(Struct, frozen=True, kw_only=True):
     Attributes:
         frames, joints: how many with a located joint, and how many located joints.
         located_raw, located_clipped: Pearson's rho of frames over their located joints, errors as they are and clipped.
-        all_raw, all_clipped: the same over all 18 joints, missing ones at the centroid.
+        all_raw, all_clipped: the same over all 18 joints, those without a place at the centroid.
         joint_raw, joint_clipped, joint_spearman: correlations over single located joints.
-        joint_auroc: of a joint's error being above `WRONG`.
+        joint_auroc: of a joint's error being above `wrong`.
+        wrong: metres.
     """
 
     noise: str
@@ -44,10 +43,11 @@ class Score(Struct, frozen=True, kw_only=True):
     joint_clipped: Figure
     joint_spearman: Figure
     joint_auroc: Figure
+    wrong: float
 
 
 class Coverage(Struct, frozen=True, kw_only=True):
-    """How often the radius holds the joint, of which joints and in which band."""
+    """How often the radius holds the joint, of which joints and in which band, inferred ones included."""
 
     noise: str
     band: str
@@ -59,6 +59,8 @@ class Coverage(Struct, frozen=True, kw_only=True):
 
 class JointError(Struct, frozen=True, kw_only=True):
     """The error of one joint under one lifting, over the frames in which it was located; metres.
+
+    Of a learned lifter, over those in which it was detected.
 
     Attributes:
         located: share of all frames.
@@ -76,17 +78,19 @@ class JointError(Struct, frozen=True, kw_only=True):
 
 
 class QoeFigures(Struct, frozen=True, kw_only=True):
-    """All of an experiment's figures."""
+    """All of an experiment's figures; `lifted` where its lifter has learned."""
 
     frames: int
     people: int
     split: str
+    poses: str
     seed: int
     network: str
     lifting: str
     scores: tuple[Score, ...]
     coverage: tuple[Coverage, ...]
     errors: tuple[JointError, ...]
+    lifted: tuple[LiftedJoints, ...] = ()
 
 
 def scores(samples: Mapping[str, Sample]) -> Iterator[Score]:
@@ -96,7 +100,7 @@ def scores(samples: Mapping[str, Sample]) -> Iterator[Score]:
             part = sample.within(bounds)
             if len(part) == 0:
                 continue
-            person, drawn = _people(part)
+            person, drawn = part.people()
             for name, estimates in uncertainties(part).items():
                 yield score(noise, band, name, estimates, person, drawn)
 
@@ -126,7 +130,8 @@ def score(noise: str, band: str, name: str, estimates: Estimates, person: IntArr
         joint_raw=figure(pearson(uncertainty, error, owner, drawn)),
         joint_clipped=figure(pearson(uncertainty, clipped, owner, drawn)),
         joint_spearman=figure(spearman(uncertainty, error, owner, drawn)),
-        joint_auroc=figure(auroc(uncertainty, error > WRONG, owner, drawn)),
+        joint_auroc=figure(auroc(uncertainty, error > estimates.wrong, owner, drawn)),
+        wrong=estimates.wrong,
     )
 
 
@@ -144,9 +149,9 @@ def coverages(samples: Mapping[str, Sample]) -> Iterator[Coverage]:
 def errors(samples: Mapping[str, Sample]) -> Iterator[JointError]:
     """Of all joints together and of each, under each lifting."""
     for noise, sample in samples.items():
-        for lifting in LIFTINGS:
-            yield _joint_error(noise, lifting, "all", sample, slice(None))
-            yield from (_joint_error(noise, lifting, words(joint), sample, slice(joint, joint + 1)) for joint in Joint)
+        for lifting, error in _errors_by(sample).items():
+            yield _joint_error(noise, lifting, "all", sample, error)
+            yield from (_joint_error(noise, lifting, words(joint), sample, error[:, [joint]]) for joint in Joint)
 
 
 def words(joint: Joint) -> str:
@@ -154,9 +159,10 @@ def words(joint: Joint) -> str:
     return joint.name.lower().replace("_", " ")
 
 
-def _people(sample: Sample) -> tuple[IntArray, IntArray]:
-    person = people_of(sample["identity"])
-    return person, samples_of_people(int(person.max()) + 1)
+def _errors_by(sample: Sample) -> dict[str, Float64Array]:
+    """(frames, 18) metres under each lifting; NaN where a joint does not count as located."""
+    found = {lifting: sample[f"error_{lifting}"] for lifting in map(str, LIFTINGS)}
+    return found | ({LEARNED: np.where(seen_joints(sample), sample["error"], np.nan)} if sample.learned else {})
 
 
 def _of_frames(frames: Frames, error: Float64Array, person: IntArray, drawn: IntArray) -> Figure:
@@ -166,7 +172,7 @@ def _of_frames(frames: Frames, error: Float64Array, person: IntArray, drawn: Int
 def _coverage(noise: str, band: str, joint: str, sample: Sample, joints: slice) -> Coverage:
     radius, error = sample["radius"][:, joints], sample["error"][:, joints]
     chosen = np.isfinite(radius) & np.isfinite(error)
-    person, drawn = _people(sample)
+    person, drawn = sample.people()
     owner = np.broadcast_to(person[:, None], chosen.shape)[chosen]
     return Coverage(
         noise=noise,
@@ -178,10 +184,9 @@ def _coverage(noise: str, band: str, joint: str, sample: Sample, joints: slice) 
     )
 
 
-def _joint_error(noise: str, lifting: str, joint: str, sample: Sample, joints: slice) -> JointError:
-    error = sample[f"error_{lifting}"][:, joints]
+def _joint_error(noise: str, lifting: str, joint: str, sample: Sample, error: Float64Array) -> JointError:
     located = np.isfinite(error)
-    person, drawn = _people(sample)
+    person, drawn = sample.people()
     everybody = np.broadcast_to(person[:, None], error.shape)
     owner, error = everybody[located], error[located]
     return JointError(

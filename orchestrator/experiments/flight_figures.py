@@ -1,7 +1,8 @@
 """What the flights come to: the filter's posterior as an uncertainty, beside those of a single frame.
 
-All of them are compared on the same joints, those located in the frame; the posterior besides on every joint that the
-filter has ever seen, which is where it says something that a frame can't.
+All of them are compared on the same joints, those located in the frame (of a learned lifter, those detected as well, as
+the filter is told of them alone); the posterior besides on every joint that the filter has ever seen, which is where it
+says something that a frame can't.
 """
 
 from collections.abc import Iterator
@@ -10,10 +11,10 @@ import numpy as np
 import pyarrow as pa
 from msgspec import Struct
 
-from orchestrator.experiments.bootstrap import Figure, figure, mean, people_of, samples_of_people
+from orchestrator.experiments.bootstrap import Figure, figure, mean
 from orchestrator.experiments.figures import Score, score
 from orchestrator.experiments.flights import PATHS
-from orchestrator.experiments.sample import LARGEST_ERROR, Estimates, Sample, samples_of, truth_of
+from orchestrator.experiments.sample import LARGEST_ERROR, Estimates, Sample, samples_of, seen_joints, truth_of
 from protocol.arrays import Float64Array
 
 
@@ -21,7 +22,7 @@ class FlightError(Struct, frozen=True, kw_only=True):
     """Mean errors along the flights, metres; each joint's clipped at 1 m.
 
     Attributes:
-        frame: of the single frame, over its located joints.
+        frame: of the single frame, over its located joints; inferred ones are left out.
         filtered: of the filter's mean, over the same joints.
         seen: of the filter's mean, over all joints that it has ever seen.
     """
@@ -69,7 +70,7 @@ def flown_samples(table: pa.Table) -> dict[tuple[str, str], Sample]:
 def comparisons(sample: Sample) -> dict[str, Estimates]:
     """Uncertainties, each against an error."""
     truth, frame = truth_of(sample), _points(sample, "")
-    located = np.all(np.isfinite(frame), axis=2)
+    located = seen_joints(sample)
     filtered = _points(sample, "filter_")
     seen, deviation = sample["seen"] > 0, sample["deviation"]
     frames = {"1 − quality": (1.0 - sample["quality"], 1.0)}
@@ -80,25 +81,23 @@ def comparisons(sample: Sample) -> dict[str, Estimates]:
     for error, points in (("frame's error", frame), ("filter's error", filtered)):
         for name, (uncertainty, missing) in frames.items():
             chosen = np.where(located, uncertainty, np.nan)
-            found[f"{name} → {error}"] = Estimates(chosen, points, truth, missing)
-    everything = Estimates(np.where(seen, deviation, np.nan), filtered, truth, LARGEST_ERROR)
+            found[f"{name} → {error}"] = Estimates(chosen, points, truth, missing, wrong=sample.wrong)
+    everything = Estimates(np.where(seen, deviation, np.nan), filtered, truth, LARGEST_ERROR, wrong=sample.wrong)
     return found | {"posterior deviation → filter's error, all joints seen": everything}
 
 
 def _scores(samples: dict[tuple[str, str], Sample]) -> Iterator[Score]:
     for (noise, path), sample in samples.items():
-        person = people_of(sample["identity"])
-        drawn = samples_of_people(int(person.max()) + 1)
+        person, drawn = sample.people()
         for name, estimates in comparisons(sample).items():
             yield score(noise, path, name, estimates, person, drawn)
 
 
 def _errors(samples: dict[tuple[str, str], Sample]) -> Iterator[FlightError]:
     for (noise, path), sample in samples.items():
-        person = people_of(sample["identity"])
-        drawn = samples_of_people(int(person.max()) + 1)
+        person, drawn = sample.people()
         owner = np.broadcast_to(person[:, None], sample["error"].shape)
-        located, seen = np.isfinite(sample["error"]), sample["seen"] > 0
+        located, seen = seen_joints(sample), sample["seen"] > 0
         filtered = np.minimum(sample["filter_error"], LARGEST_ERROR)
         frame = np.minimum(sample["error"], LARGEST_ERROR)
         yield FlightError(

@@ -4,19 +4,28 @@ from collections.abc import Iterator
 
 from orchestrator.experiments.flight_figures import FlightFigures
 from orchestrator.experiments.markdown import table, with_interval
+from orchestrator.experiments.sample import LEARNED
 
 _INTRODUCTION = """\
 {flights} flights of {steps} pictures: around people 3 m away, and from 6 m at their side or behind them to the point in
 front of them. The filter travels along. *Posterior deviation*: the root of a joint's summed posterior variances, by the
 {lifting} lifting. → says which error it is held against: that of the frame's own estimate, or of the filter's mean. All
 are compared on the joints located in the frame, but the last, which is on every joint that the filter has ever seen.
+*AUROC*: of an error above {wrong:.2f} m.
+"""
+_LEARNED = """\
+The filter is told of joints that were detected, not of those that the lifter inferred; *located* leaves these out.
 """
 
 
 def flight_sections(figures: FlightFigures) -> Iterator[str]:
     """All of them."""
     yield "## The filter's posterior along flights\n"
-    yield _INTRODUCTION.format(flights=figures.flights, steps=figures.steps, lifting=figures.lifting)
+    wrong = figures.scores[0].wrong
+    introduction = _INTRODUCTION.format(
+        flights=figures.flights, steps=figures.steps, lifting=figures.lifting, wrong=wrong
+    )
+    yield introduction + (_LEARNED if figures.lifting == LEARNED else "")
     yield _scores(figures)
     yield "Mean error, m, each joint's clipped at 1 m:\n"
     yield _errors(figures)

@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 
 from orchestrator.experiments.flight_figures import flown_samples
 from orchestrator.experiments.flights import PATHS
-from orchestrator.experiments.sample import LARGEST_ERROR, Sample
+from orchestrator.experiments.sample import LARGEST_ERROR, Sample, seen_joints
 from protocol.arrays import Float64Array
 
 _LINES = {
@@ -51,6 +51,7 @@ def _lines(place: Axes, sample: Sample) -> None:
 
 
 def _clipped(sample: Sample, name: str) -> Float64Array:
-    """Of joints that the filter has seen; errors at most `LARGEST_ERROR`."""
-    values = np.where(sample["seen"] > 0, sample[name], np.nan)
+    """Of joints that the filter has seen, the frame's error of those located in it; errors at most `LARGEST_ERROR`."""
+    seen = sample["seen"] > 0
+    values = np.where(seen & seen_joints(sample) if name == "error" else seen, sample[name], np.nan)
     return np.minimum(values, LARGEST_ERROR) if "error" in name else values

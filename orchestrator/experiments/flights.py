@@ -14,7 +14,7 @@ from orchestrator.experiments.columns import SCHEMA, joint_columns, table_of
 from orchestrator.experiments.directory import ExperimentDirectory
 from orchestrator.experiments.parts import Parts
 from orchestrator.experiments.qoe import Shot, frame_values, observe_request
-from orchestrator.experiments.views import SeededScene, View, ViewSet, identities_and_poses, scenes_of
+from orchestrator.experiments.views import SeededScene, View, ViewSet, family_of, identities_and_poses, scenes_of
 from orchestrator.experiments.workers import Rate, Workers
 from orchestrator.view import Viewpoint
 from protocol.arrays import AnyArray
@@ -52,7 +52,7 @@ SCHEMA_OF_FLIGHTS = pa.schema(
         pa.field("filter_z", pa.float32(), metadata={"description": "m"}),
         pa.field("filter_error", pa.float32(), metadata={"description": "m between that and the true joint"}),
         pa.field("deviation", pa.float32(), metadata={"description": "m, root of the posterior's trace"}),
-        pa.field("seen", pa.bool_(), metadata={"description": "whether the filter ever had the joint located"}),
+        pa.field("seen", pa.bool_(), metadata={"description": "whether the filter was ever told of the joint"}),
     ]
 )
 
@@ -176,8 +176,14 @@ def _scenes(flights: FlightSet, views: ViewSet, workers: Workers) -> Mapping[int
 def scene_view(views: ViewSet, scene: int, viewpoint: Viewpoint) -> View:
     """A view of scene `scene`: identities in turn and poses in turn, so that twenty scenes have all of both."""
     identities, kinds = identities_and_poses(views.split)
-    identity, kind = identities[scene % len(identities)], kinds[scene % len(kinds)]
-    return View(number=scene, identity=identity, kind=kind, viewpoint=viewpoint)
+    families = views.poses == "families"
+    return View(
+        number=scene,
+        identity=identities[scene % len(identities)],
+        kind=0 if families else kinds[scene % len(kinds)],
+        viewpoint=viewpoint,
+        poses=family_of(scene, views.split) if families else "kinds",
+    )
 
 
 def _flown(side_by_side: Sequence[Course], crew: Crew) -> Iterator[pa.Table]:

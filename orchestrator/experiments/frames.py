@@ -1,8 +1,9 @@
 """Uncertainty and error of whole frames: means over their joints, by two definitions.
 
 *Located*: over the joints that were located; frames without any are left out. *All*: over all 18, where a joint that
-was not located has the uncertainty of a missing one and its error is measured from the centroid of those that were;
-frames without any have no centroid and are left out as well.
+has no place has the uncertainty of a missing one and its error is measured from the centroid of those that have; frames
+without any have no centroid and are left out as well. Where a learned lifter inferred joints that were not detected,
+these are not located, and have a place and an uncertainty of their own.
 """
 
 import numpy as np
@@ -35,14 +36,14 @@ def located_only(estimates: Estimates) -> Frames:
 
 
 def all_joints(estimates: Estimates) -> Frames:
-    """Means over all joints, the missing ones at the centroid of the others."""
-    located = estimates.located
-    kept = np.any(located, axis=1)
-    located, points, truth = located[kept], estimates.points[kept], estimates.truth[kept]
-    centroid = np.where(located[..., None], points, 0.0).sum(axis=1) / located.sum(axis=1)[:, None]
+    """Means over all joints, those without a place at the centroid of the others."""
+    placed = estimates.placed
+    kept = np.any(placed, axis=1)
+    placed, points, truth = placed[kept], estimates.points[kept], estimates.truth[kept]
+    centroid = np.where(placed[..., None], points, 0.0).sum(axis=1) / placed.sum(axis=1)[:, None]
     from_centroid = np.linalg.norm(centroid[:, None] - truth, axis=2)
-    error = np.where(located, estimates.error[kept], from_centroid)
-    uncertainty = np.where(located, estimates.uncertainty[kept], estimates.missing)
+    error = np.where(placed, estimates.error[kept], from_centroid)
+    uncertainty = np.where(placed, estimates.uncertainty[kept], estimates.missing)
     return _frames(kept, np.full(error.shape, 1 / error.shape[1]), uncertainty, error)
 
 

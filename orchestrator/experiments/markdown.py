@@ -24,5 +24,10 @@ def with_interval(figure: Figure, decimals: int = 2) -> str:
     return f"{number(figure.value, decimals)} [{number(figure.low, decimals)}, {number(figure.high, decimals)}]"
 
 
+def title(noise: str) -> str:
+    """A kind of depth noise, as a heading."""
+    return "Exact depth" if noise == "none" else f"Depth with stereo noise ({noise})"
+
+
 def _row(cells: Sequence[str]) -> str:
     return "| " + " | ".join(cells) + " |"

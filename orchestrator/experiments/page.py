@@ -2,16 +2,16 @@
 
 from collections.abc import Iterator, Sequence
 
-from orchestrator.experiments.columns import LIFTINGS
 from orchestrator.experiments.figures import Coverage, JointError, QoeFigures, Score
 from orchestrator.experiments.flight_figures import FlightFigures
 from orchestrator.experiments.flight_page import flight_sections
-from orchestrator.experiments.markdown import number, table, with_interval
-from orchestrator.experiments.sample import BANDS
-from orchestrator.experiments.targets import Target
+from orchestrator.experiments.lifting_page import lifting_sections
+from orchestrator.experiments.markdown import number, table, title, with_interval
+from orchestrator.experiments.sample import BANDS, LEARNED, WRONG_OF_LEARNED
+from orchestrator.experiments.target import Target
 
 _INTRODUCTION = """\
-{frames} views of {people} people of the {split} split, seed {seed}: every identity in turn in every pose, 1.5 to 9 m
+{frames} views of {people} people of the {split} split, seed {seed}: every identity in turn in every {pose}, 1.5 to 9 m
 away, from all sides, 1 to 2.5 m high, evenly. Network {network}, each view {noises}.
 Each figure has its 95% interval by bootstrap over people (1000 resamples).
 
@@ -27,7 +27,11 @@ _CALIBRATED = """\
 - *Expected error* and *radius* are the calibrated worker's, under its own lifting ({lifting}); in *all*, a missing
   joint counts as 1 m.
 """
-
+_LEARNED = f"""\
+- *Expected error* and *radius* are the learned lifter's, which locates all joints of whoever is found. For them,
+  *located* are the joints that were seen, which is detected as well; in *all*, those that were inferred have their own
+  estimate and uncertainty. Their AUROC is of an error above {WRONG_OF_LEARNED:.2f} m.
+"""
 
 PLOTS = {
     "scatter": "Each frame's uncertainty against its error, with the line that fits best",
@@ -64,17 +68,19 @@ def _sections(
     yield plot("reliability")
     for noise in noises:
         own = [one for one in figures.scores if one.noise == noise]
-        yield f"## {_title(noise)}\n"
+        yield f"## {title(noise)}\n"
         yield _overall([one for one in own if one.band == "all"])
         yield "By distance:\n"
         yield _by_band(own)
+    if figures.lifted:
+        yield from lifting_sections(figures.lifted)
     if figures.coverage:
         yield "## The radius\n"
         yield _coverage(figures.coverage, noises)
     yield "## Error by joint and lifting\n"
     yield plot("joint-errors")
     for noise in noises:
-        yield f"{_title(noise)}. Metres; *far off*: share of errors above 0.3 m.\n"
+        yield f"{title(noise)}. Metres; *far off*: share of errors above 0.3 m.\n"
         yield _lifting_totals([one for one in figures.errors if (one.noise, one.joint) == (noise, "all")])
         yield _joint_errors([one for one in figures.errors if one.noise == noise])
     if flights is not None:
@@ -87,30 +93,36 @@ def _introduction(figures: QoeFigures, noises: Sequence[str]) -> str:
         frames=figures.frames,
         people=figures.people,
         split=figures.split,
+        pose="pose" if figures.poses == "kinds" else "family of poses that no training draws",
         seed=figures.seed,
         network=figures.network,
         noises=" and ".join(
             "with exact depth" if one == "none" else f"with noise as of a {one.upper()}" for one in noises
         ),
     )
+    if figures.lifting == LEARNED:
+        return words + _LEARNED
     return words + (_CALIBRATED.format(lifting=figures.lifting) if figures.coverage else "")
-
-
-def _title(noise: str) -> str:
-    return "Exact depth" if noise == "none" else f"Depth with stereo noise ({noise})"
 
 
 def _targets(targets: Sequence[Target]) -> str:
     rows = [
         [
             one.words,
-            f"≥ {one.low:.2f}" if one.high >= 1 else f"{one.low:.2f} to {one.high:.2f}",
+            "exact" if one.noise == "none" else one.noise,
+            _wanted(one),
             number(one.value, 3),
             "yes" if one.met else "**no**",
         ]
         for one in targets
     ]
-    return table(["target, exact depth", "wanted", "found", "met"], rows)
+    return table(["target", "depth", "wanted", "found", "met"], rows)
+
+
+def _wanted(target: Target) -> str:
+    if target.high >= 1:
+        return f"≥ {target.low:.2f}"
+    return f"≤ {target.high:.3f}" if target.low <= 0 else f"{target.low:.2f} to {target.high:.2f}"
 
 
 def _overall(scores: Sequence[Score]) -> str:
@@ -177,7 +189,7 @@ def _coverage(coverages: Sequence[Coverage], noises: Sequence[str]) -> str:
         by_place.setdefault(place, {})[one.noise] = one
     headings = [
         "",
-        *(f"{words}, {_title(noise).lower()}" for noise in noises for words in ("coverage", "mean radius, m")),
+        *(f"{words}, {title(noise).lower()}" for noise in noises for words in ("coverage", "mean radius, m")),
     ]
     rows = [
         [
@@ -217,14 +229,15 @@ def _joint_errors(errors: Sequence[JointError]) -> str:
     by_joint: dict[str, dict[str, JointError]] = {}
     for one in errors:
         by_joint.setdefault(one.joint, {})[one.lifting] = one
-    headings = ["joint", *(f"{words}, by {lifting}" for words in ("mean", "median", "far off") for lifting in LIFTINGS)]
+    liftings = list(dict.fromkeys(one.lifting for one in errors))
+    headings = ["joint", *(f"{words}, by {lifting}" for words in ("mean", "median", "far off") for lifting in liftings)]
     rows = [
         [
             joint,
             *(
                 number(getattr(own[lifting], field).value)
                 for field in ("mean", "median", "far_off")
-                for lifting in LIFTINGS
+                for lifting in liftings
             ),
         ]
         for joint, own in by_joint.items()

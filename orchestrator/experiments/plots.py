@@ -11,7 +11,6 @@ from matplotlib.figure import Figure as Picture
 from PIL import Image
 
 from orchestrator.experiments.bootstrap import Figure, IntArray, figure, mean, people_of, samples_of_people
-from orchestrator.experiments.columns import LIFTINGS
 from orchestrator.experiments.correlation import pearson
 from orchestrator.experiments.figures import QoeFigures, words
 from orchestrator.experiments.frames import Frames, all_joints, located_only
@@ -33,7 +32,7 @@ EXPECTED_AT_MOST = 1.5
 
 _SHADES = {"none": "#1f4e79", "d435i": "#c55a11"}
 _WORDS = {"none": "exact depth", "d435i": "depth noise (d435i)"}
-_LIFTING_SHADES = {"mean": "#8c8c8c", "median": "#e0a030", "nearest": "#1f4e79"}
+_LIFTING_SHADES = {"mean": "#8c8c8c", "median": "#e0a030", "nearest": "#1f4e79", "learned": "#2e8b57"}
 
 
 def write_plots(folder: Path, samples: dict[str, Sample], figures: QoeFigures) -> None:
@@ -141,17 +140,20 @@ def joint_errors(figures: QoeFigures) -> Picture:
     picture = Picture(figsize=(10.0, 3.3 * len(noises) + 0.3), layout="constrained")
     axes = np.atleast_1d(picture.subplots(len(noises), 1, sharex=True, sharey=True))
     names = [words(joint) for joint in Joint]
+    liftings = list(dict.fromkeys(one.lifting for one in figures.errors))
+    # The bars of a joint share four fifths of the way to the next joint's.
+    width = 0.81 / len(liftings)
     for place, noise in zip(axes, noises, strict=True):
-        for offset, lifting in zip((-0.27, 0.0, 0.27), LIFTINGS, strict=True):
+        for number, lifting in enumerate(liftings):
+            offset = (number - (len(liftings) - 1) / 2) * width
             own = [one for one in figures.errors if (one.noise, one.lifting) == (noise, lifting) and one.joint != "all"]
             found = [one.mean for one in own]
             bars = _whiskers(found)
             heights = [one.value for one in found]
             shade = _LIFTING_SHADES[lifting]
             style = {"lw": 0.8, "ecolor": "#404040"}
-            place.bar(
-                np.arange(len(own)) + offset, heights, 0.25, yerr=bars, color=shade, label=lifting, error_kw=style
-            )
+            beside = np.arange(len(own)) + offset
+            place.bar(beside, heights, width - 0.02, yerr=bars, color=shade, label=lifting, error_kw=style)
         place.set_title(f"{_WORDS.get(noise, noise)}, n = {figures.frames} views", fontsize=10)
         place.set_ylabel("mean error, m")
         place.grid(axis="y", alpha=0.3)

@@ -78,6 +78,7 @@ def frame_values(shot: Shot, capabilities: Mapping[str, str]) -> dict[str, objec
         "seed": shot.scene.seed,
         "identity": shot.view.identity,
         "pose": shot.view.kind,
+        "poses": shot.view.poses,
         "distance": viewpoint.distance,
         "azimuth": viewpoint.angle,
         "altitude": viewpoint.altitude,

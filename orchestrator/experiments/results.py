@@ -12,10 +12,12 @@ from orchestrator.experiments.directory import ExperimentDirectory
 from orchestrator.experiments.figures import QoeFigures, coverages, errors, scores
 from orchestrator.experiments.flight_figures import FlightFigures, flight_figures
 from orchestrator.experiments.flight_plot import flights_plot
+from orchestrator.experiments.lifting_figures import lifted_joints
 from orchestrator.experiments.page import page
 from orchestrator.experiments.plots import write, write_plots
 from orchestrator.experiments.sample import Sample, samples_of
-from orchestrator.experiments.targets import Target, targets
+from orchestrator.experiments.target import Target
+from orchestrator.experiments.targets import targets
 from protocol.artifact import whole_file
 from protocol.errors import InvalidInput
 
@@ -71,12 +73,14 @@ def _qoe_figures(directory: ExperimentDirectory, table: pa.Table, samples: dict[
         frames=len(first),
         people=int(people_of(first["identity"]).max()) + 1,
         split=views.split,
+        poses=views.poses,
         seed=views.seed,
         network=_names(table, "network"),
         lifting=_names(table, "lifting"),
         scores=tuple(scores(samples)),
         coverage=tuple(coverages(samples)),
         errors=tuple(errors(samples)),
+        lifted=tuple(lifted_joints(samples)),
     )
 
 

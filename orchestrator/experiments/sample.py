@@ -7,12 +7,20 @@ import pyarrow as pa
 from msgspec import Struct
 from msgspec.structs import replace
 
+from orchestrator.experiments.bootstrap import IntArray, people_of, samples_of_people
 from orchestrator.experiments.columns import LIFTINGS
-from protocol.arrays import BoolArray, Float64Array
+from protocol.arrays import AnyArray, BoolArray, Float64Array
 from protocol.skeleton import JOINT_COUNT
 
 LARGEST_ERROR = 1.0
 """Metres that a clipped error has at most, and that a missing joint counts as where the uncertainty is in metres."""
+
+WRONG, WRONG_OF_LEARNED = 0.15, 0.10
+"""Metres; what is farther from the truth counts as wrong for the area under the ROC curve. A learned lifter is held to
+the second."""
+
+LEARNED = "learned"
+"""The configured lifting of a worker whose lifter places all joints of whoever is found."""
 
 BANDS: Mapping[str, tuple[float, float]] = {
     "all": (0.0, np.inf),
@@ -29,9 +37,13 @@ class Sample(Struct, frozen=True, eq=False):
     Attributes:
         columns: (frames, 18) each, by the table's names; (frames,) those that a frame has one value for. What is true
             or false is 1 or 0; names are left out.
+        poses: (frames,) `kinds`, or the family of poses.
+        lifting: the configured one.
     """
 
     columns: Mapping[str, Float64Array]
+    poses: AnyArray
+    lifting: str
 
     def __getitem__(self, name: str) -> Float64Array:
         return self.columns[name]
@@ -41,35 +53,70 @@ class Sample(Struct, frozen=True, eq=False):
 
     def of(self, frames: BoolArray) -> "Sample":
         """Some of its frames."""
-        return replace(self, columns={name: values[frames] for name, values in self.columns.items()})
+        columns = {name: values[frames] for name, values in self.columns.items()}
+        return replace(self, columns=columns, poses=self.poses[frames])
 
     def within(self, band: tuple[float, float]) -> "Sample":
         """The frames of a band of distances."""
         return self.of((self["distance"] >= band[0]) & (self["distance"] < band[1]))
+
+    @property
+    def learned(self) -> bool:
+        """Whether a learned lifter placed its joints."""
+        return self.lifting == LEARNED
+
+    @property
+    def wrong(self) -> float:
+        """Metres beyond which an error of the configured lifting counts as wrong."""
+        return WRONG_OF_LEARNED if self.learned else WRONG
+
+    def people(self) -> tuple[IntArray, IntArray]:
+        """(frames,) who is in each frame, and samples of these people."""
+        person = people_of(self["identity"])
+        return person, samples_of_people(int(person.max()) + 1)
+
+
+def seen_joints(sample: Sample) -> BoolArray:
+    """(frames, 18) which joints were detected in the picture and located by the configured lifting."""
+    return (sample["detected"] > 0) & np.isfinite(sample["error"])
+
+
+def inferred_joints(sample: Sample) -> BoolArray:
+    """(frames, 18) which joints were located and not detected; a learned lifter alone has any."""
+    return ~(sample["detected"] > 0) & np.isfinite(sample["error"])
 
 
 class Estimates(Struct, frozen=True, eq=False):
     """Joints as estimated in some way, and how unsure each is said to be.
 
     Attributes:
-        uncertainty: (frames, 18), larger is less sure; NaN where a joint was not located.
-        points, truth: (frames, 18, 3) metres; points are NaN where a joint was not located.
-        missing: the uncertainty that a joint counts as that was not located.
+        uncertainty: (frames, 18), larger is less sure; NaN where a joint has no place.
+        points, truth: (frames, 18, 3) metres; points are NaN where a joint has no place.
+        missing: the uncertainty that a joint counts as that has no place.
+        seen: (frames, 18) which of those with a place were detected, where others have one as well.
+        wrong: metres beyond which an error counts as wrong.
     """
 
     uncertainty: Float64Array
     points: Float64Array
     truth: Float64Array
     missing: float
+    seen: BoolArray | None = None
+    wrong: float = WRONG
 
     @property
-    def located(self) -> BoolArray:
+    def placed(self) -> BoolArray:
         """(frames, 18) which joints have a place and an uncertainty."""
         return np.isfinite(self.uncertainty) & np.all(np.isfinite(self.points), axis=2)
 
     @property
+    def located(self) -> BoolArray:
+        """(frames, 18) which of these count as located: not those that were inferred from the others."""
+        return self.placed if self.seen is None else self.placed & self.seen
+
+    @property
     def error(self) -> Float64Array:
-        """(frames, 18) metres between estimate and truth; NaN where a joint was not located."""
+        """(frames, 18) metres between estimate and truth; NaN where a joint has no place."""
         return np.linalg.norm(self.points - self.truth, axis=2)
 
 
@@ -89,14 +136,21 @@ def _sample(table: pa.Table) -> Sample:
         values = table[name].to_numpy()
         by_frame = values.astype(float).reshape(-1, JOINT_COUNT)
         columns[name] = by_frame if index >= first_joint else by_frame[:, 0]
-    return Sample(columns)
+    # Tables that were made before there were families lack the column.
+    poses = _names(table, "poses") if "poses" in table.column_names else np.full(len(columns["frame"]), "kinds")
+    return Sample(columns, poses, str(_names(table, "lifting")[0]))
+
+
+def _names(table: pa.Table, column: str) -> AnyArray:
+    return np.array(table[column].cast(pa.string()).to_pylist()[::JOINT_COUNT])
 
 
 def uncertainties(sample: Sample) -> dict[str, Estimates]:
     """All that is compared: the seed's quality under each lifting, its components, and what a calibrated worker tells.
 
     Components and quality are taken as 1 - quality, and a missing joint has 1. Components go with the seed's lifting.
-    Expected error and radius go with the configured lifting; a missing joint counts as `LARGEST_ERROR`.
+    Expected error and radius go with the configured lifting; a missing joint counts as `LARGEST_ERROR`. Those that a
+    learned lifter inferred are not located.
     """
     found = {f"quality, {lifting}": _of_quality(sample, f"quality_{lifting}", lifting) for lifting in LIFTINGS}
     components = (("mass", "mass"), ("height", "height"), ("distance", "distance_quality_mean"))
@@ -104,7 +158,9 @@ def uncertainties(sample: Sample) -> dict[str, Estimates]:
     for name, column in (("expected error", "expected_error"), ("radius", "radius")):
         if np.isfinite(sample[column]).any():
             points = _points(sample, ("x", "y", "z"))
-            found[name] = Estimates(sample[column], points, truth_of(sample), missing=LARGEST_ERROR)
+            found[name] = Estimates(
+                sample[column], points, truth_of(sample), LARGEST_ERROR, seen=seen_joints(sample), wrong=sample.wrong
+            )
     return found
 
 

@@ -1,38 +1,29 @@
-"""What the figures are held against: the seed's claim as we read it, and what a calibrated uncertainty has to reach."""
+"""What the figures are held against: the seed's claim as we read it, and what a calibrated uncertainty has to reach.
+
+A learned lifter has to reach more, and places in space besides: see `lifting_targets`.
+"""
 
 from collections.abc import Iterator
 
-from msgspec import Struct
-
 from orchestrator.experiments.figures import Coverage, QoeFigures, Score
+from orchestrator.experiments.lifting_targets import lifting_targets
+from orchestrator.experiments.target import NOISE, Target
 
 SEED, CALIBRATED = "quality, mean", "expected error"
-NOISE = "none"
-"""Targets are set without depth noise; with it, figures are told and held against nothing."""
-
-
-class Target(Struct, frozen=True, kw_only=True):
-    """One figure and the bounds that it is to keep within."""
-
-    words: str
-    value: float
-    low: float
-    high: float = 1.0
-
-    @property
-    def met(self) -> bool:
-        """Whether it does."""
-        return self.low <= self.value <= self.high
 
 
 def targets(figures: QoeFigures) -> Iterator[Target]:
-    """Those of the seed's quality, and those of the calibrated uncertainty where there is one."""
+    """Those of the seed's quality, and those of the learned lifter or of the calibration where there is one."""
     if (seed := _score(figures, SEED, "all")) is not None:
         yield Target(words="seed's quality: ρ of frames, all joints, clipped", value=seed.all_clipped.value, low=0.60)
     if (near := _score(figures, SEED, "under 3 m")) is not None:
         yield Target(
             words="seed's quality: ρ of frames, located joints, raw, under 3 m", value=near.located_raw.value, low=0.50
         )
+    yield from lifting_targets(figures) if figures.lifted else _calibrated(figures)
+
+
+def _calibrated(figures: QoeFigures) -> Iterator[Target]:
     if (ours := _score(figures, CALIBRATED, "all")) is not None:
         for words, found, low in (
             ("ρ of frames, located joints, raw", ours.located_raw, 0.64),

@@ -5,7 +5,7 @@ A view depends on the experiment's seed and its own number alone, not on how man
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 from msgspec import Struct
@@ -16,7 +16,7 @@ from protocol.camera import Camera, DepthNoise
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.messages import Sampled, SampleScene
-from protocol.scene import TEST_IDENTITIES, TEST_POSES, TRAIN_IDENTITIES, TRAIN_POSES, Scene, Split
+from protocol.scene import TEST_IDENTITIES, TEST_POSES, TRAIN_IDENTITIES, TRAIN_POSES, Poses, Scene, Split
 
 DISTANCE = (1.5, 9.0)
 AZIMUTH = (-180.0, 180.0)
@@ -26,6 +26,14 @@ ALTITUDE = (1.0, 2.5)
 DRAWS_AT_ONCE, MOST_DRAWS = 64, 6400
 """Scenes drawn in a row, and before giving up on one with the wanted pose; one in six or eight has it."""
 
+PoseSet: TypeAlias = Literal["kinds", "families"]
+"""What people are seen in: the kinds of body pose of their split, or families that no training draws."""
+
+FAMILIES: tuple[Poses, ...] = ("overhead", "crossed", "squat", "kneel", "sit")
+
+_FAMILY_SCENE = 0xFA31
+"""Keeps the stream that a family's scene is seeded from apart from that of a view."""
+
 AskForScenes: TypeAlias = Callable[[Sequence[SampleScene]], Iterable[Sampled]]
 
 
@@ -34,6 +42,7 @@ class ViewSet(Struct, frozen=True, kw_only=True):
 
     Attributes:
         seed: the same one gives the same views.
+        poses: that their people are in.
         depth_noises: each view is taken once with each.
         views_a_scene: how many views in a row are of the same scene; drawing a new one takes as long as nine pictures.
         frames_a_part: how many are written at once, and lost at most by a kill; scenes are drawn for a part at a time.
@@ -45,6 +54,7 @@ class ViewSet(Struct, frozen=True, kw_only=True):
     depth_noises: tuple[DepthNoise, ...] = ("none", "d435i")
     views_a_scene: int = 1
     frames_a_part: int = 250
+    poses: PoseSet = "kinds"
 
     def __post_init__(self) -> None:
         if min(self.frames, self.views_a_scene, self.frames_a_part) < 1 or self.seed < 0:
@@ -57,16 +67,25 @@ class ViewSet(Struct, frozen=True, kw_only=True):
         """What they are, for messages."""
         noises = " and ".join(self.depth_noises)
         each = f"{self.views_a_scene} a scene, {self.frames_a_part} a part"
-        return f"{self.frames} frames of {self.split}, seed {self.seed}, {each}, depth noise {noises}"
+        families = ", families of poses" if self.poses == "families" else ""
+        return f"{self.frames} frames of {self.split}, seed {self.seed}, {each}, depth noise {noises}{families}"
 
 
 class View(Struct, frozen=True, kw_only=True):
-    """One of them: `number` from 0, and the identity and kind of pose that is seen."""
+    """One of them.
+
+    Attributes:
+        number: from 0.
+        identity: who is seen.
+        kind: of pose that they are in; 0 in a family.
+        poses: `kinds`, or the family.
+    """
 
     number: int
     identity: int
     kind: int
     viewpoint: Viewpoint
+    poses: Poses = "kinds"
 
 
 class SeededScene(Struct, frozen=True):
@@ -78,16 +97,24 @@ class SeededScene(Struct, frozen=True):
 
 def view(views: ViewSet, number: int) -> View:
     """View `number`: scenes with identities in turn, for each round of them the next pose; and a place of its own."""
-    identities, kinds = identities_and_poses(views.split)
     random = np.random.default_rng((views.seed, number))
     distance, azimuth, altitude = (float(random.uniform(*bounds)) for bounds in (DISTANCE, AZIMUTH, ALTITUDE))
     scene = number // views.views_a_scene
+    identities, kinds = identities_and_poses(views.split)
+    families = views.poses == "families"
     return View(
         number=number,
         identity=identities[scene % len(identities)],
-        kind=kinds[scene // len(identities) % len(kinds)],
+        kind=0 if families else kinds[scene // len(identities) % len(kinds)],
         viewpoint=Viewpoint(distance=distance, angle=azimuth, altitude=altitude),
+        poses=family_of(scene, views.split) if families else "kinds",
     )
+
+
+def family_of(scene: int, split: Split) -> Poses:
+    """The family of poses of scene `scene`: all in turn, and with each round of the identities one further."""
+    identities, _ = identities_and_poses(split)
+    return FAMILIES[(scene + scene // len(identities)) % len(FAMILIES)]
 
 
 def identities_and_poses(split: Split) -> tuple[range, range]:
@@ -98,23 +125,38 @@ def identities_and_poses(split: Split) -> tuple[range, range]:
 def scenes_of(views: ViewSet, chosen: Sequence[View], ask: AskForScenes) -> Mapping[int, SeededScene]:
     """The scene of each view, by the view's number.
 
-    Scenes are drawn by who renders, a sequence for the first of the views. Each view that does not share the scene of
-    the one before takes the next with a pose of its kind, and gives it its identity; so no scene depends on how many
-    views follow.
+    Scenes are drawn by who renders, and given the identities of their views. No scene depends on how many views follow.
 
     Raises:
         InvalidInput: poses of some kind are never drawn.
     """
-    first_of = {one.number // views.views_a_scene: one for one in chosen}
+    first_of = {one.number // views.views_a_scene: one for one in reversed(chosen)}
+    drawn = (_of_families if views.poses == "families" else _of_kinds)(views, first_of, ask)
+    dressed = {scene: _dressed(drawn[scene], one) for scene, one in first_of.items()}
+    return {one.number: dressed[one.number // views.views_a_scene] for one in chosen}
+
+
+def _of_families(views: ViewSet, first_of: Mapping[int, View], ask: AskForScenes) -> dict[int, SeededScene]:
+    """Each scene by a seed of its own."""
+    requests = [
+        SampleScene(seed=family_seed(views, scene), split=views.split, poses=one.poses)
+        for scene, one in sorted(first_of.items())
+    ]
+    answers = zip(sorted(first_of), requests, ask(requests), strict=True)
+    return {scene: SeededScene(request.seed, answer.scene) for scene, request, answer in answers}
+
+
+def _of_kinds(views: ViewSet, first_of: Mapping[int, View], ask: AskForScenes) -> dict[int, SeededScene]:
+    """Out of a sequence of draws for the first of the views, each scene takes the next with a pose of its kind."""
+    first = first_of[min(first_of)]
     wanted = Counter(one.kind for one in first_of.values())
     drawn: dict[int, list[SeededScene]] = {kind: [] for kind in wanted}
     for batch in range(MOST_DRAWS // DRAWS_AT_ONCE):
         if all(len(drawn[kind]) >= count for kind, count in wanted.items()):
             left = {kind: iter(scenes) for kind, scenes in drawn.items()}
-            dressed = {scene: _dressed(next(left[one.kind]), one) for scene, one in sorted(first_of.items())}
-            return {one.number: dressed[one.number // views.views_a_scene] for one in chosen}
+            return {scene: next(left[one.kind]) for scene, one in sorted(first_of.items())}
         draws = range(batch * DRAWS_AT_ONCE, (batch + 1) * DRAWS_AT_ONCE)
-        requests = [SampleScene(seed=scene_seed(views, chosen[0], draw), split=views.split) for draw in draws]
+        requests = [SampleScene(seed=scene_seed(views, first, draw), split=views.split) for draw in draws]
         for request, answer in zip(requests, ask(requests), strict=True):
             drawn.setdefault(answer.scene.pose.kind, []).append(SeededScene(request.seed, answer.scene))
     raise InvalidInput(f"{MOST_DRAWS} scenes of {views.split} have too few of the poses that were looked for")
@@ -127,6 +169,11 @@ def _dressed(drawn: SeededScene, one: View) -> SeededScene:
 def scene_seed(views: ViewSet, first: View, draw: int) -> int:
     """The seed of draw number `draw` for the views that begin with `first`."""
     return int(np.random.default_rng((views.seed, first.number, draw)).integers(2**31))
+
+
+def family_seed(views: ViewSet, scene: int) -> int:
+    """The seed of scene `scene` in a family of poses."""
+    return int(np.random.default_rng((views.seed, scene, _FAMILY_SCENE)).integers(2**31))
 
 
 def camera_of(one: View, scene: Scene, environment: EnvironmentConfig, depth_noise: DepthNoise) -> Camera:

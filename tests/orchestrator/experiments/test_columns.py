@@ -28,6 +28,7 @@ FRAME = {
     "seed": 77,
     "identity": 40,
     "pose": 0,
+    "poses": "kinds",
     "distance": 3.0,
     "azimuth": 12.0,
     "altitude": 1.0,

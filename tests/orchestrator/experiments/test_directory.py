@@ -1,8 +1,10 @@
+from pathlib import Path
+
 import pytest
 from msgspec.structs import replace
 
 from orchestrator.errors import NoSuchRun, RunBusy
-from orchestrator.experiments.directory import ExperimentDirectory
+from orchestrator.experiments.directory import ExperimentDirectory, default_path
 from orchestrator.experiments.views import ViewSet
 from protocol.config import PerceptionConfig, RenderConfig, RunConfig, TimeoutsConfig
 from protocol.errors import InvalidInput
@@ -26,12 +28,18 @@ def test_an_experiment_is_taken_up_with_what_it_was_begun_with(tmp_path):
         {"depth_noises": ("none",)},
         {"views_a_scene": 2},
         {"frames_a_part": 9},
+        {"poses": "families"},
     ],
 )
 def test_other_views_are_refused_with_both_named(tmp_path, other):
     ExperimentDirectory.open_for(tmp_path, RunConfig(), VIEWS)
     with pytest.raises(InvalidInput, match=r"10 frames of train, seed 1.*not .*--out"):
         ExperimentDirectory.open_for(tmp_path, RunConfig(), replace(VIEWS, **other))
+
+
+def test_families_have_a_directory_of_their_own():
+    assert default_path(VIEWS) == Path("runs/experiments/qoe-train-1")
+    assert default_path(replace(VIEWS, poses="families")) == Path("runs/experiments/qoe-train-1-families")
 
 
 def test_another_configuration_is_refused(tmp_path):

@@ -10,6 +10,11 @@ def samples(made_up_table):
     return samples_of(made_up_table())
 
 
+@pytest.fixture
+def learned(made_up_table):
+    return samples_of(made_up_table(lifting="learned"))
+
+
 def test_there_is_a_score_for_each_noise_band_and_uncertainty(samples):
     found = [(one.noise, one.band, one.uncertainty) for one in scores(samples)]
     assert len(set(found)) == len(found) == 2 * len(BANDS) * 8
@@ -67,3 +72,31 @@ def test_errors_of_a_joint_under_each_lifting(samples):
     assert own.far_off.value == pytest.approx(np.mean(error > 0.3))
     assert own.p90.value == np.quantile(error, 0.9, method="inverted_cdf")
     assert len(found) == 2 * 3 * 19
+
+
+def test_scores_of_a_learned_lifter_are_of_seen_joints_with_errors_above_a_tenth_of_a_metre_wrong(learned):
+    own = {one.uncertainty: one for one in scores({"none": learned["none"]}) if one.band == "all"}
+    found, sample = own["expected error"], learned["none"]
+    seen = sample["detected"] == 1
+    assert found.joints == seen.sum() < seen.size
+    expected, error = sample["expected_error"], sample["error"]
+    wrong = error[seen] > 0.10
+    wins = np.mean(expected[seen][wrong][:, None] > expected[seen][~wrong])
+    assert found.joint_auroc.value == pytest.approx(wins, abs=1e-3)
+    assert found.all_raw.value == pytest.approx(np.corrcoef(expected.mean(axis=1), error.mean(axis=1))[0, 1])
+    assert (found.wrong, own["radius"].wrong, own["quality, mean"].wrong) == (0.10, 0.10, 0.15)
+
+
+def test_errors_of_a_learned_lifter_are_told_over_seen_joints_beside_the_others(learned):
+    found = {(one.noise, one.lifting, one.joint): one for one in errors(learned)}
+    own, sample = found["none", "learned", "left wrist"], learned["none"]
+    seen = sample["detected"][:, 7] == 1
+    assert own.located.value == pytest.approx(seen.mean())
+    assert own.mean.value == pytest.approx(sample["error"][seen, 7].mean())
+    assert len(found) == 2 * 4 * 19
+
+
+def test_coverage_of_a_learned_lifter_is_of_all_joints(learned):
+    found = {(one.noise, one.band, one.joint): one for one in coverages(learned)}
+    assert found["none", "all", "all"].joints == 60 * 18
+    assert found["none", "all", "nose"].joints == 60

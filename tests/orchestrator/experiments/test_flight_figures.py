@@ -10,8 +10,16 @@ from orchestrator.experiments.flights import SCHEMA_OF_FLIGHTS
 
 @pytest.fixture
 def flown(made_up_table) -> pa.Table:
+    return as_flights(made_up_table(40))
+
+
+@pytest.fixture
+def learned(made_up_table) -> pa.Table:
+    return as_flights(made_up_table(40, lifting="learned"))
+
+
+def as_flights(table: pa.Table) -> pa.Table:
     """The made-up frames as eight flights; the filter is off by its own deviation, and has never seen a nose."""
-    table = made_up_table(40)
     rows = table.num_rows
     frame = table["frame"].to_numpy()
     truth = {axis: table[f"true_{axis}"].to_numpy() for axis in "xyz"}
@@ -74,6 +82,21 @@ def test_mean_errors_by_hand(flown):
     assert own.frame.value == pytest.approx(np.minimum(sample["error"][located], 1).mean())
     assert own.filtered.value == pytest.approx(sample["filter_error"][located].mean())
     assert own.seen.value == pytest.approx(sample["filter_error"][seen].mean())
+
+
+def test_joints_that_a_learned_lifter_inferred_are_not_those_of_the_frame(learned):
+    sample = flown_samples(learned)["none", "all"]
+    detected = sample["detected"] == 1
+    assert (sample["located"] == 1).all()
+    found = comparisons(sample)
+    for error in ("frame's error", "filter's error"):
+        assert (found[f"expected error → {error}"].located == detected).all()
+    figures = flight_figures(learned)
+    own = next(one for one in figures.errors if (one.noise, one.path) == ("none", "all"))
+    assert own.frame.value == pytest.approx(sample["error"][detected].mean())
+    assert own.filtered.value == pytest.approx(sample["filter_error"][detected].mean())
+    assert {one.wrong for one in figures.scores} == {0.10}
+    assert "the lifter inferred" in "\n".join(flight_sections(figures))
 
 
 @pytest.mark.slow

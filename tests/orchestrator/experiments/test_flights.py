@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from orchestrator.experiments.flights import FlightSet, courses, filter_columns, scene_view, viewpoints
-from orchestrator.experiments.views import ViewSet
+from orchestrator.experiments.views import FAMILIES, ViewSet
 from orchestrator.view import Viewpoint
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
@@ -56,6 +56,13 @@ def test_twenty_scenes_have_every_identity_and_every_pose():
     seen = [scene_view(ViewSet(), scene, Viewpoint()) for scene in range(20)]
     assert {one.identity for one in seen} == set(range(40, 60))
     assert {one.kind for one in seen} == set(range(8))
+
+
+def test_twenty_scenes_in_families_have_every_identity_and_every_family():
+    seen = [scene_view(ViewSet(poses="families"), scene, Viewpoint()) for scene in range(20)]
+    assert {one.identity for one in seen} == set(range(40, 60))
+    assert {one.poses for one in seen} == set(FAMILIES)
+    assert {one.kind for one in seen} == {0}
 
 
 def test_the_filters_columns_by_hand():

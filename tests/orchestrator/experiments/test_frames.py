@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from orchestrator.experiments.frames import all_joints, located_only
 from orchestrator.experiments.sample import Estimates
@@ -35,6 +36,22 @@ def test_a_missing_joint_has_the_error_of_the_centroid():
 
 def test_a_missing_joint_counts_as_uncertain_as_it_is_said_to():
     assert all_joints(estimates(missing=2.0)).uncertainty[0] == pytest.approx((0.2 + 0.6 + 32) / 18)
+
+
+def test_joints_that_were_inferred_count_among_all_with_their_own_estimate_and_among_the_located_not_at_all():
+    lifted = estimates()
+    seen = np.isfinite(lifted.uncertainty)
+    # The lifter puts the other 16 joints of frame 0 2 m away from the truth.
+    lifted.points[0, 2:], lifted.uncertainty[0, 2:] = (0, 0, 2.0), 0.9
+    lifted = replace(lifted, seen=seen)
+    assert located_only(lifted).error == pytest.approx([1.75, 0.0])
+    assert located_only(lifted).uncertainty == pytest.approx([0.4, 0.25])
+    found = all_joints(lifted)
+    # Nobody was found in frame 1: there is nothing to measure from.
+    assert list(found.kept) == [True, False, True]
+    assert found.error == pytest.approx([(0.5 + 3.0 + 16 * 2.0) / 18, 0.0])
+    assert found.clipped == pytest.approx([(0.5 + 1.0 + 16) / 18, 0.0])
+    assert found.uncertainty == pytest.approx([(0.2 + 0.6 + 16 * 0.9) / 18, 0.25])
 
 
 def test_a_joint_without_an_uncertainty_does_not_count_as_located():

@@ -3,10 +3,16 @@
 import json
 import signal
 
+import msgspec
 import pyarrow.parquet as pq
 import pytest
+from msgspec.structs import replace
 
 from orchestrator.experiments.directory import ExperimentDirectory
+from orchestrator.experiments.views import FAMILIES
+from perception_worker.network_setting import network_setting
+from protocol.config import PerceptionConfig, settled
+from tests.perception_worker.lifter.bodies import stored
 from tests.protocol.security.deployment import free_port
 
 pytestmark = pytest.mark.slow
@@ -55,6 +61,18 @@ def test_another_experiment_in_the_same_directory_is_refused_before_anything_sta
     assert "other views" in other.stderr
 
 
+def test_families_of_poses_are_observed_in_turn_and_named_in_the_table(orchestrator):
+    (orchestrator.folder / "small.toml").write_text(CONFIG)
+    options = (*SMALL[:4], "5", "--workers", "1", "--noise", "none", "--poses", "families", "--views-a-scene", "1")
+    done = orchestrator.run(*options, "--json", rooms=None, patience=PATIENCE)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["qoe"]["frames"] == 5
+    table = pq.read_table(orchestrator.folder / "runs" / "experiments" / "qoe-test-0-families" / "qoe.parquet")
+    assert tuple(table["poses"].to_pylist()[::18]) == FAMILIES
+    assert set(table["pose"].to_pylist()) == {0}
+    assert table["identity"].to_pylist()[::18] == [40, 41, 42, 43, 44]
+
+
 def test_flights_of_an_experiment_carry_the_filter_and_end_in_the_same_table_when_killed(orchestrator, wait_until):
     (orchestrator.folder / "small.toml").write_text(CONFIG)
     begun = orchestrator.run(*SMALL, "--noise", "none", "--out", "e", rooms=None, patience=PATIENCE)
@@ -79,6 +97,28 @@ def test_flights_of_an_experiment_carry_the_filter_and_end_in_the_same_table_whe
         if seen and step in (0, 3):
             (first if step == 0 else last).append(deviation)
     assert sum(last) / len(last) < sum(first) / len(first)
+
+
+def test_a_learned_lifter_is_observed_and_flown_with(orchestrator):
+    setting = network_setting(settled(PerceptionConfig(), "vantage"))
+    untrained = replace(stored(), setting=setting)
+    (orchestrator.folder / "untrained.msgpack").write_bytes(msgspec.msgpack.encode(untrained))
+    (orchestrator.folder / "small.toml").write_text(f'{CONFIG}[perception]\nlifter = "untrained.msgpack"\n')
+    observed = orchestrator.run(*SMALL, "--noise", "none", "--out", "e", "--json", rooms=None, patience=PATIENCE)
+    assert observed.returncode == 0, observed.stderr
+    qoe = json.loads(observed.stdout)["qoe"]
+    assert qoe["lifting"] == "learned"
+    by_sort = {one["sort"]: one["joints"] for one in qoe["lifted"] if one["group"] == "all"}
+    assert by_sort["all"] == by_sort["seen"] + by_sort["inferred"]
+    assert min(by_sort.values()) > 0
+    flights = ("experiment", "flights", "e", "--scenes", "2", "--steps", "2", "--workers", "1", "--json")
+    flown = orchestrator.run(*flights, rooms=None, patience=PATIENCE)
+    assert flown.returncode == 0, flown.stderr
+    assert json.loads(flown.stdout)["flights"]["lifting"] == "learned"
+    table = pq.read_table(orchestrator.folder / "e" / "flights.parquet").to_pydict()
+    rows = zip(table["located"], table["detected"], table["seen"], table["step"], strict=True)
+    told = {(detected, seen) for located, detected, seen, step in rows if located and step == 0}
+    assert told == {(True, True), (False, False)}
 
 
 def test_an_experiment_works_with_the_workers_of_a_host_and_lets_them_go(orchestrator):

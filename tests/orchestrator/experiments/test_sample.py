@@ -1,7 +1,14 @@
 import numpy as np
 import pytest
 
-from orchestrator.experiments.sample import LARGEST_ERROR, samples_of, truth_of, uncertainties
+from orchestrator.experiments.sample import (
+    LARGEST_ERROR,
+    inferred_joints,
+    samples_of,
+    seen_joints,
+    truth_of,
+    uncertainties,
+)
 
 
 def test_frames_are_told_apart_by_their_noise_and_keep_their_order(made_up_table):
@@ -39,3 +46,35 @@ def test_a_calibrated_worker_adds_two_uncertainties_in_metres(made_up_table):
     assert set(calibrated) - set(plain) == {"expected error", "radius"}
     assert {one.missing for one in plain.values()} == {1.0}
     assert calibrated["radius"].missing == LARGEST_ERROR
+
+
+def test_a_learned_lifter_has_inferred_what_was_not_detected(made_up_table):
+    sample = samples_of(made_up_table(5, lifting="learned"))["none"]
+    detected = sample["detected"] == 1
+    assert (seen_joints(sample) == detected).all()
+    assert (inferred_joints(sample) == ~detected).all()
+    for name in ("expected error", "radius"):
+        estimates = uncertainties(sample)[name]
+        assert (estimates.located == detected).all()
+        assert estimates.placed.all()
+        assert estimates.wrong == 0.10
+
+
+def test_of_nobody_found_no_joint_is_seen_or_inferred(made_up_table):
+    sample = samples_of(made_up_table(5, lifting="learned"))["none"]
+    sample["error"][2] = np.nan
+    assert not seen_joints(sample)[2].any()
+    assert not inferred_joints(sample)[2].any()
+
+
+def test_other_liftings_infer_nothing(made_up_table):
+    sample = samples_of(made_up_table(5))["none"]
+    assert (seen_joints(sample) == (sample["located"] == 1)).all()
+    assert not inferred_joints(sample).any()
+    assert {one.wrong for one in uncertainties(sample).values()} == {0.15}
+
+
+def test_a_table_that_was_made_before_there_were_families_is_of_the_kinds(made_up_table):
+    table = made_up_table(4)
+    before, now = samples_of(table.drop_columns("poses"))["none"], samples_of(table)["none"]
+    assert list(before.poses) == list(now.poses) == ["kinds"] * 4

@@ -1,16 +1,19 @@
 from collections import Counter
 
+import msgspec
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from orchestrator.experiments.views import DRAWS_AT_ONCE, ViewSet, camera_of, scenes_of, view
+from orchestrator.experiments.views import DRAWS_AT_ONCE, FAMILIES, ViewSet, camera_of, scenes_of, view
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.messages import Sampled
 from protocol.scene import Arm, BodyPose, Scene, Sun
 
 TEST = ViewSet(frames=320, split="test", seed=3)
+IN_FAMILIES = replace(TEST, poses="families", views_a_scene=4)
+SEEDS_BEFORE_FAMILIES = [1285449624, 1787934416, 659803976]
 
 
 def sampled(request) -> Sampled:
@@ -102,6 +105,47 @@ def test_poses_that_are_never_drawn_are_an_error_and_no_endless_search():
     with pytest.raises(InvalidInput, match="poses"):
         scenes_of(TEST, [view(TEST, 20)], only_idle)
     assert max(asked) == DRAWS_AT_ONCE
+
+
+def test_families_are_in_turn_and_everybody_is_seen_in_each_of_them_as_often():
+    views = [view(replace(TEST, poses="families"), number) for number in range(200)]
+    assert tuple(one.poses for one in views[:5]) == FAMILIES
+    seen = Counter((one.identity, one.poses) for one in views)
+    assert set(seen) == {(identity, family) for identity in range(40, 60) for family in FAMILIES}
+    assert set(seen.values()) == {2}
+    assert {one.kind for one in views} == {0}
+    assert [one.viewpoint for one in views] == [view(TEST, number).viewpoint for number in range(200)]
+
+
+def test_a_scene_in_a_family_is_asked_for_by_a_seed_of_its_own_whichever_views_come_with_it():
+    asked = []
+
+    def standing(requests):
+        asked.extend(requests)
+        return (Sampled(scene=replace(sampled(one).scene, appearance=one.seed)) for one in requests)
+
+    chosen = [view(IN_FAMILIES, number) for number in range(40)]
+    scenes = scenes_of(IN_FAMILIES, chosen, standing)
+    assert [one.poses for one in asked] == [one.poses for one in chosen[::4]]
+    assert len({one.seed for one in asked}) == 10
+    assert all(scenes[one.number].scene.identity == one.identity for one in chosen)
+    assert all(scenes[one.number].scene.appearance == scenes[one.number].seed for one in chosen)
+    assert all(scenes[one.number] == scenes[one.number // 4 * 4] for one in chosen)
+    # From the middle of a scene to the middle of another.
+    alone = scenes_of(IN_FAMILIES, chosen[10:31], standing)
+    assert all(alone[number] == scenes[number] for number in range(10, 31))
+
+
+def test_a_set_of_views_that_was_written_before_there_were_families_is_one_of_the_kinds():
+    written = msgspec.json.encode(TEST).replace(b',"poses":"kinds"', b"")
+    assert b"poses" not in written
+    assert msgspec.json.decode(written, type=ViewSet) == TEST
+
+
+def test_seeds_of_scenes_in_the_kinds_stay_as_they_were():
+    shared = replace(TEST, views_a_scene=4)
+    scenes = scenes_of(shared, [view(shared, number) for number in range(12, 24)], ask)
+    assert [scenes[number].seed for number in (12, 16, 20)] == SEEDS_BEFORE_FAMILIES
 
 
 def test_a_camera_has_the_noise_that_is_asked_for():
