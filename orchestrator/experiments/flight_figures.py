@@ -1,8 +1,7 @@
 """What the flights come to: the filter's posterior as an uncertainty, beside those of a single frame.
 
-All of them are compared on the same joints, those located in the frame (of a learned lifter, those detected as well, as
-the filter is told of them alone); the posterior besides on every joint that the filter has ever seen, which is where it
-says something that a frame can't.
+All of them are compared on the same joints, those located in the frame (of a learned lifter, those detected as well);
+the posterior besides on every joint that the filter has ever seen, which is where it says something that a frame can't.
 """
 
 from collections.abc import Iterator
@@ -14,7 +13,8 @@ from msgspec import Struct
 from orchestrator.experiments.bootstrap import Figure, figure, mean
 from orchestrator.experiments.figures import Score, score
 from orchestrator.experiments.flights import PATHS
-from orchestrator.experiments.sample import LARGEST_ERROR, Estimates, Sample, samples_of, seen_joints, truth_of
+from orchestrator.experiments.posterior_figures import Posterior, posteriors
+from orchestrator.experiments.sample import LARGEST_ERROR, LEARNED, Estimates, Sample, samples_of, seen_joints, truth_of
 from protocol.arrays import Float64Array
 
 
@@ -36,25 +36,31 @@ class FlightError(Struct, frozen=True, kw_only=True):
 
 
 class FlightFigures(Struct, frozen=True, kw_only=True):
-    """The band of a score is the path, `all` for both; its uncertainty says what is held against which error."""
+    """The band of a score is the path, `all` for both; its uncertainty says what is held against which error.
+
+    Posteriors are told of filters that take a learned lifter's variance: they are in metres.
+    """
 
     flights: int
     steps: int
     lifting: str
     scores: tuple[Score, ...]
     errors: tuple[FlightError, ...]
+    posteriors: tuple[Posterior, ...] = ()
 
 
 def flight_figures(table: pa.Table) -> FlightFigures:
     """All figures of a table of flights."""
     samples = flown_samples(table)
     first = next(iter(samples.values()))
+    lifting = str(table["lifting"][0].as_py())
     return FlightFigures(
         flights=len(np.unique(np.concatenate([one["flight"] for one in samples.values()]))),
         steps=int(first["step"].max()) + 1,
-        lifting=str(table["lifting"][0].as_py()),
+        lifting=lifting,
         scores=tuple(_scores(samples)),
         errors=tuple(_errors(samples)),
+        posteriors=tuple(posteriors(samples)) if lifting == LEARNED else (),
     )
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from orchestrator.experiments.flight_figures import FlightFigures
 from orchestrator.experiments.markdown import table, with_interval
+from orchestrator.experiments.posterior_figures import SETTLED
 from orchestrator.experiments.sample import LEARNED
 
 _INTRODUCTION = """\
@@ -14,7 +15,15 @@ are compared on the joints located in the frame, but the last, which is on every
 *AUROC*: of an error above {wrong:.2f} m.
 """
 _LEARNED = """\
-The filter is told of joints that were detected, not of those that the lifter inferred; *located* leaves these out.
+The filter takes the lifter's variance for an observation's noise, of joints that it inferred as well; *located* leaves
+these out.
+"""
+
+
+_MEANT = f"""\
+What the posterior says, over all joints that the filter has seen. *Within*: errors along an axis that are no larger
+than the posterior's deviation along it (0.68 of a normal distribution's are). *Coverage* and *radius*: of the sphere
+that is to hold a joint with probability 0.9. *Settled*: mean error of the filter's mean from picture {SETTLED} on.
 """
 
 
@@ -29,6 +38,9 @@ def flight_sections(figures: FlightFigures) -> Iterator[str]:
     yield _scores(figures)
     yield "Mean error, m, each joint's clipped at 1 m:\n"
     yield _errors(figures)
+    if figures.posteriors:
+        yield _MEANT
+        yield _posteriors(figures)
 
 
 def _scores(figures: FlightFigures) -> str:
@@ -77,5 +89,21 @@ def _errors(figures: FlightFigures) -> str:
             with_interval(one.seen, 3),
         ]
         for one in figures.errors
+    ]
+    return table(headings, rows)
+
+
+def _posteriors(figures: FlightFigures) -> str:
+    headings = ["depth", "path", "within", "coverage", "mean radius, m", "settled, m"]
+    rows = [
+        [
+            one.noise,
+            one.path,
+            with_interval(one.within, 3),
+            with_interval(one.coverage, 3),
+            with_interval(one.radius, 3),
+            with_interval(one.settled, 3),
+        ]
+        for one in figures.posteriors
     ]
     return table(headings, rows)

@@ -19,10 +19,10 @@ from orchestrator.experiments.workers import Rate, Workers
 from orchestrator.view import Viewpoint
 from protocol.arrays import AnyArray
 from protocol.camera import DepthNoise
-from protocol.config import EnvironmentConfig, RunConfig
+from protocol.config import EnvironmentConfig, RunConfig, settled
 from protocol.errors import InvalidInput
 from protocol.messages import Sampled, SampleScene
-from protocol.observation import FilterState, Observation
+from protocol.observation import FilterRule, FilterState, Observation
 
 Rows: TypeAlias = tuple[Mapping[str, object], Mapping[str, AnyArray]]
 Path: TypeAlias = Literal["circle", "front"]
@@ -52,6 +52,14 @@ SCHEMA_OF_FLIGHTS = pa.schema(
         pa.field("filter_z", pa.float32(), metadata={"description": "m"}),
         pa.field("filter_error", pa.float32(), metadata={"description": "m between that and the true joint"}),
         pa.field("deviation", pa.float32(), metadata={"description": "m, root of the posterior's trace"}),
+        *(
+            pa.field(f"{name}_{axis}", pa.float32(), metadata={"description": words})
+            for name, words in (
+                ("posterior", "m², the filter's variance along the axis after this picture"),
+                ("variance", "m², that a learned lifter gives this picture's estimate; NaN where there is none"),
+            )
+            for axis in "xyz"
+        ),
         pa.field("seen", pa.bool_(), metadata={"description": "whether the filter was ever told of the joint"}),
     ]
 )
@@ -126,6 +134,12 @@ class Crew(Struct, frozen=True, eq=False):
     scenes: Mapping[int, SeededScene]
     rate: Rate
 
+    @property
+    def rule(self) -> FilterRule:
+        """By variance where a lifter has learned one."""
+        lifting = settled(self.config.perception, self.config.profile).lifting
+        return "variance" if lifting == "learned" else "quality"
+
     def way(self, course: Course) -> Iterator[Viewpoint]:
         """Where its pictures are taken from."""
         return viewpoints(course.path, self.views.seed, course.scene, self.flights.steps, self.config.environment)
@@ -133,7 +147,7 @@ class Crew(Struct, frozen=True, eq=False):
     def shot(self, course: Course, place: Viewpoint, carried: FilterState | None) -> Shot:
         """The next picture of a flight, with the filter as the last one left it."""
         one, scene = scene_view(self.views, course.scene, place), self.scenes[course.scene]
-        request = observe_request(one, scene, self.config.environment, course.depth_noise)
+        request = observe_request(one, scene, self.config.environment, course.depth_noise, self.rule)
         return Shot(one, scene, request if carried is None else replace(request, filter=carried))
 
 
@@ -161,6 +175,9 @@ def filter_columns(observation: Observation) -> dict[str, AnyArray]:
     columns["filter_error"] = np.linalg.norm(state.mean - truth, axis=1)
     columns["deviation"] = np.sqrt(state.variance.sum(axis=1))
     columns["seen"] = state.seen
+    lifted = np.full_like(state.variance, np.nan) if observation.variance is None else observation.variance
+    for name, variance in (("posterior", state.variance), ("variance", lifted)):
+        columns |= {f"{name}_{axis}": variance[:, index] for index, axis in enumerate("xyz")}
     return columns
 
 

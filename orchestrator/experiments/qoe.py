@@ -19,7 +19,7 @@ from orchestrator.view import a_step_before
 from protocol.camera import DepthNoise
 from protocol.config import EnvironmentConfig, RunConfig, settled
 from protocol.messages import Observe, Sampled, SampleScene
-from protocol.observation import FilterState, Observation
+from protocol.observation import FilterRule, FilterState, Observation
 
 _BEFORE = 0xBEF0
 """Keeps the stream that the place before a view is drawn from apart from the view's own."""
@@ -92,13 +92,17 @@ def frame_values(shot: Shot, capabilities: Mapping[str, str]) -> dict[str, objec
 
 
 def observe_request(
-    one: View, scene: SeededScene, environment: EnvironmentConfig, depth_noise: DepthNoise = "none"
+    one: View,
+    scene: SeededScene,
+    environment: EnvironmentConfig,
+    depth_noise: DepthNoise = "none",
+    rule: FilterRule = "quality",
 ) -> Observe:
     """What is asked of a perception worker for a view."""
     return Observe(
         scene=scene.scene,
         camera=camera_of(one, scene.scene, environment, depth_noise),
-        filter=FilterState.initial((*scene.scene.position, environment.target_height)),
+        filter=FilterState.initial((*scene.scene.position, environment.target_height), rule),
         truth=True,
         liftings=LIFTINGS,
     )

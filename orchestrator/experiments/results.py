@@ -15,6 +15,7 @@ from orchestrator.experiments.flight_plot import flights_plot
 from orchestrator.experiments.lifting_figures import lifted_joints
 from orchestrator.experiments.page import page
 from orchestrator.experiments.plots import write, write_plots
+from orchestrator.experiments.posterior_targets import posterior_targets
 from orchestrator.experiments.sample import Sample, samples_of
 from orchestrator.experiments.target import Target
 from orchestrator.experiments.targets import targets
@@ -45,7 +46,8 @@ def work_out(directory: ExperimentDirectory) -> Results:
     qoe = _qoe_figures(directory, table, samples)
     flown = pq.read_table(directory.flights_path) if directory.flights_path.is_file() else None
     flights = flight_figures(flown) if flown is not None else None
-    results = Results(qoe=qoe, targets=tuple(targets(qoe)), flights=flights)
+    wanted = (*targets(qoe), *(posterior_targets(flights.posteriors) if flights else ()))
+    results = Results(qoe=qoe, targets=wanted, flights=flights)
     with whole_file(directory.figures_path) as aside:
         aside.write_bytes(msgspec.json.format(msgspec.json.encode(results), indent=2) + b"\n")
     with whole_file(directory.page_path) as aside:
