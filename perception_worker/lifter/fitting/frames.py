@@ -9,13 +9,17 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from perception_worker.lifter.evidence import SHARE
+from perception_worker.lifter.evidence import SHARE, median_of_known
 from perception_worker.lifter.tokens import Seen
 from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import CameraPose, world_to_camera
 from protocol.errors import InvalidInput
 from protocol.observation import EVIDENCE_SIZE
 from protocol.skeleton import JOINT_COUNT
+
+MOST_AWAY = 0.3
+"""Of the body's height in the picture. Keypoints that at their median are farther from the true joints are somebody
+else's: nothing of the person can be learned from them."""
 
 LEAST_FOUND = 3
 """Joints that are found of somebody at least, else nobody is; see `perception_worker.look`."""
@@ -55,7 +59,7 @@ class Frames(Struct, frozen=True, eq=False, kw_only=True):
 
 
 def read_frames(path: Path) -> Frames:
-    """The frames of a table in which somebody was found.
+    """The frames of a table in which the person was found.
 
     Raises:
         InvalidInput: it is no table of `orchestrator lifter fit`.
@@ -69,7 +73,8 @@ def read_frames(path: Path) -> Frames:
         raise InvalidInput(f"{path} is no table of 'orchestrator lifter fit'")
     frames = _frames(table)
     found = np.isfinite(frames.seen.rays[:, :, 0]).sum(axis=1)
-    return frames.of(found >= LEAST_FOUND)
+    frames = frames.of(found >= LEAST_FOUND)
+    return frames.of(_away(frames) <= MOST_AWAY)
 
 
 def made_harder(seen: Seen, random: np.random.Generator) -> Seen:
@@ -87,6 +92,13 @@ def made_harder(seen: Seen, random: np.random.Generator) -> Seen:
         narrow=_without(seen.narrow, kept & measured),
         wide=_without(seen.wide, kept & measured),
     )
+
+
+def _away(frames: Frames) -> Float64Array:
+    """(n,) how far keypoints are from the true joints at the median, as a share of the body's height in the picture."""
+    slopes = frames.joints[:, :, :2] / frames.joints[:, :, 2:]
+    away = np.linalg.norm(frames.seen.rays - slopes, axis=2)
+    return median_of_known(away) / np.ptp(slopes[:, :, 1], axis=1)
 
 
 def _shares(frames: int, losing: float, bounds: tuple[float, float], random: np.random.Generator) -> Float64Array:

@@ -12,10 +12,14 @@ from protocol.config import RunConfig
 from tests.perception_worker.lifter.bodies import INTRINSICS, joints
 
 
-def write_table(path: Path, frames: int = 400, people: int = 10, seed: int = 0) -> Path:
-    """People of several sizes, each with depths a little before the joints and some joints not found."""
+def write_table(path: Path, frames: int = 400, people: int = 10, seed: int = 0, aside: float = 0.0) -> Path:
+    """People of several sizes, each with depths a little before the joints and some joints not found.
+
+    Args:
+        aside: pixels by which the keypoints of every other frame are beside the person.
+    """
     random = np.random.default_rng(seed)
-    rows = [_row(number, number % people, random) for number in range(frames)]
+    rows = [_row(number, number % people, random, aside * (number % 2)) for number in range(frames)]
     table = table_of(rows).replace_schema_metadata(
         {"vantage.config": resolved_toml(RunConfig()).decode(), "vantage.views": '{"seed":0}'}
     )
@@ -23,7 +27,7 @@ def write_table(path: Path, frames: int = 400, people: int = 10, seed: int = 0) 
     return path
 
 
-def _row(number: int, identity: int, random: np.random.Generator) -> dict[str, object]:
+def _row(number: int, identity: int, random: np.random.Generator, aside: float) -> dict[str, object]:
     truth = joints() * (0.9 + 0.02 * identity) + random.normal(0.0, 0.05, (18, 3))
     bearing, distance = random.uniform(-np.pi, np.pi), random.uniform(2.0, 6.0)
     position = (distance * np.cos(bearing), distance * np.sin(bearing), random.uniform(1.0, 2.0))
@@ -43,7 +47,7 @@ def _row(number: int, identity: int, random: np.random.Generator) -> dict[str, o
         "distance": distance,
         "intrinsics": (INTRINSICS.fx, INTRINSICS.fy, INTRINSICS.cx, INTRINSICS.cy),
         "pose": (*position, 0.0, 0.0, 1.0),
-        "keypoints": np.where(found[:, None], seen[:, :2], np.nan).ravel(),
+        "keypoints": np.where(found[:, None], seen[:, :2] + aside, np.nan).ravel(),
         "height": np.where(found, 0.8, 0.0),
         "narrow": evidence.ravel(),
         "wide": evidence.ravel(),

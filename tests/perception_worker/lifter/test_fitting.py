@@ -46,6 +46,13 @@ def test_frames_are_read_as_the_cameras_saw_them(table):
     assert frames.usual.mean() == pytest.approx(6 / 7, abs=0.01)
 
 
+def test_frames_in_which_somebody_else_was_found_are_left_out(tmp_path):
+    whole = read_frames(write_table(tmp_path / "all.parquet", frames=40))
+    moved = write_table(tmp_path / "moved.parquet", frames=40, aside=900.0)
+    assert len(whole) == 40
+    assert len(read_frames(moved)) == 20
+
+
 def test_a_fit_lifts_people_whom_it_has_not_seen(table, fitted):
     frames = read_frames(table)
     others = frames.of(np.isin(frames.identity, fitted.provenance.calibrated_on))
