@@ -87,14 +87,16 @@ def _layer_of(linear: nn.Linear) -> _Layer:
 def _rectified(inputs: Tensor, layer: _Layer) -> Tensor:
     """ReLU of a layer."""
     if layer.suits_onednn:
-        return torch.ops.mkldnn._linear_pointwise(inputs, layer.weight, layer.bias, "relu", [], "")
+        return _by_onednn(inputs, layer.weight, layer.bias, "relu")
     return F.linear(inputs, layer.weight, layer.bias).relu_()
 
 
 def _through(layer: _Layer, gradient: Tensor, inputs: Tensor) -> Tensor:
     """The gradient of what went into the ReLU before a layer: zero where that let nothing through."""
-    if layer.suits_onednn:
-        before = torch.ops.mkldnn._linear_pointwise(gradient, layer.transposed, None, "none", [], "")
-    else:
-        before = torch.mm(gradient, layer.weight)
-    return before.mul_(inputs.sign())
+    before = _by_onednn(gradient, layer.transposed) if layer.suits_onednn else torch.mm(gradient, layer.weight)
+    return torch.ops.aten.threshold_backward.grad_input(before, inputs, 0, grad_input=before)
+
+
+def _by_onednn(inputs: Tensor, weight: Tensor, bias: Tensor | None = None, then: str = "none") -> Tensor:
+    """`F.linear` and what follows it; named with its overload, since looking for that takes a part of a call's time."""
+    return torch.ops.mkldnn._linear_pointwise.default(inputs, weight, bias, then, [], "")
