@@ -47,7 +47,7 @@ class Features(nn.Module):
 
     def forward(self, observations: Tensor, train: bool = False) -> Tensor:
         """Features of a batch. `train` is skrl's word to running scalers; it changes nothing here."""
-        return torch.from_numpy(self.of(observations.numpy()))
+        return torch.from_numpy(self.of(np.asarray(observations)))
 
     def of(self, observations: Float32Array) -> Float32Array:
         """Features of a batch, each row's the same to the bit whatever the others are."""
@@ -83,6 +83,32 @@ class Features(nn.Module):
         near = _nearness(np.concatenate([*room, distance - space.keep_out], axis=1))
         walls, ceiling, floor, keep_out = near[:, :2] * np.sign(across), near[:, 2:3], near[:, 3:4], near[:, 4:]
         return np.concatenate([*_turned(walls[:, :1], walls[:, 1:], bearing), ceiling - floor, keep_out], axis=1)
+
+
+class RecentFeatures:
+    """`Features` that remembers those of the last observations.
+
+    What is acted on is observed twice soon after: as what came after a step, and as what was before the next.
+
+    Args:
+        size: how many it remembers.
+    """
+
+    def __init__(self, features: Features, size: int) -> None:
+        self._features = features
+        self._size = size
+        self._known: dict[bytes, Float32Array] = {}
+
+    def of(self, observations: Float32Array) -> Float32Array:
+        """(n, 111) to (n, FEATURE_SIZE)."""
+        keys = [observation.tobytes() for observation in observations]
+        new = [index for index, key in enumerate(keys) if key not in self._known]
+        if new:
+            self._known.update(zip([keys[index] for index in new], self._features.of(observations[new]), strict=True))
+        features = np.stack([self._known[key] for key in keys])
+        for key in list(self._known)[: -self._size]:
+            del self._known[key]
+        return features
 
 
 # Torch used to compute these. They add and round as it does on x86: so trainings are to the bit what they were.

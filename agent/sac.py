@@ -19,7 +19,7 @@ from skrl.memories.torch import Memory, RandomMemory
 from skrl.models.torch import Model
 from torch import Tensor
 
-from agent.features import FEATURE_SIZE, Features
+from agent.features import FEATURE_SIZE, Features, RecentFeatures
 from agent.learner import Statistics, Transition, learned_rewards
 from agent.networks import Critic, SquashedPolicy
 from agent.randomness import random_state, restore_random_state, seed_all
@@ -57,6 +57,8 @@ class SacLearner:
         rows = config.memory // num_envs
         self._memory = RandomMemory(memory_size=rows, num_envs=num_envs, device="cpu", replacement=True)
         self._features = Features(environment)
+        # In each of two steps a drone acts on an observation, and another may end its flight.
+        self._recent = RecentFeatures(self._features, 4 * num_envs)
         networks = sac_networks(config)
         self._policy = networks.policy
         self._agent = sac_agent(config, networks, self._memory)
@@ -64,11 +66,11 @@ class SacLearner:
 
     def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
         """Velocities (n, 3), drawn from the policy or its best."""
-        return self._policy.velocities(self._features.of(observations), explore=explore)
+        return self._policy.velocities(self._recent.of(observations), explore=explore)
 
     def observe(self, transition: Transition) -> None:
         """Keep a step of every drone; a truncated one is bootstrapped from its final observation, a crash is not."""
-        samples: dict[str, Any] = self._samples(transition, self._features.of)
+        samples: dict[str, Any] = self._samples(transition, self._recent.of)
         self._memory.add_samples(**samples)
         self._observed += len(transition.rewards)
 
