@@ -16,6 +16,8 @@ _WIDE = 32
 """Numbers in and out of a layer from which on oneDNN is faster, although a call of it costs more."""
 
 _HAS_ONEDNN = torch.backends.mkldnn.is_available() and hasattr(torch.ops.mkldnn, "_linear_pointwise")
+_HAS_AVX512 = torch.backends.cpu.get_cpu_capability() == "AVX512"
+"""Without it, oneDNN is no faster than MKL where it has to turn the batch round first, as for weights' gradients."""
 
 
 class _Layer(Struct, frozen=True, eq=False):
@@ -64,7 +66,7 @@ class Backpropagation:
             layer, inputs = self._layers[index], self._inputs[index]
             if rows is not None:
                 inputs = inputs[rows]
-            torch.mm(gradient.t(), inputs, out=layer.weight_gradient)
+            _set_weight_gradient(layer, gradient, inputs)
             torch.sum(gradient, 0, out=layer.bias_gradient)
             if index > 0:
                 gradient = _through(layer, gradient, inputs)
@@ -87,14 +89,23 @@ def _layer_of(linear: nn.Linear) -> _Layer:
 def _rectified(inputs: Tensor, layer: _Layer) -> Tensor:
     """ReLU of a layer."""
     if layer.suits_onednn:
-        return torch.ops.mkldnn._linear_pointwise(inputs, layer.weight, layer.bias, "relu", [], "")
+        return _by_onednn(inputs, layer.weight, layer.bias, "relu")
     return F.linear(inputs, layer.weight, layer.bias).relu_()
+
+
+def _set_weight_gradient(layer: _Layer, gradient: Tensor, inputs: Tensor) -> None:
+    if layer.suits_onednn and _HAS_AVX512:
+        layer.weight_gradient.copy_(_by_onednn(gradient.t(), inputs.t()))
+    else:
+        torch.mm(gradient.t(), inputs, out=layer.weight_gradient)
 
 
 def _through(layer: _Layer, gradient: Tensor, inputs: Tensor) -> Tensor:
     """The gradient of what went into the ReLU before a layer: zero where that let nothing through."""
-    if layer.suits_onednn:
-        before = torch.ops.mkldnn._linear_pointwise(gradient, layer.transposed, None, "none", [], "")
-    else:
-        before = torch.mm(gradient, layer.weight)
-    return before.mul_(inputs.sign())
+    before = _by_onednn(gradient, layer.transposed) if layer.suits_onednn else torch.mm(gradient, layer.weight)
+    return torch.ops.aten.threshold_backward.grad_input(before, inputs, 0, grad_input=before)
+
+
+def _by_onednn(inputs: Tensor, weight: Tensor, bias: Tensor | None = None, then: str = "none") -> Tensor:
+    """`F.linear` and what follows it; named with its overload, since looking for that takes a part of a call's time."""
+    return torch.ops.mkldnn._linear_pointwise.default(inputs, weight, bias, then, [], "")

@@ -5,10 +5,15 @@ at the person and its x axis towards the drone; what the networks learn at one b
 All of it comes from the observation: where the person stands and faces, from the filtered joints.
 """
 
+from typing import Any, TypeAlias
+
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from agent.spaces import COORDINATES
+from protocol.arrays import Float32Array
 from protocol.config import EnvironmentConfig
 from protocol.skeleton import JOINT_COUNT, Joint
 
@@ -18,6 +23,12 @@ _REACH = 2.0
 _LEFT = [Joint.LEFT_SHOULDER, Joint.LEFT_HIP, Joint.LEFT_EYE, Joint.LEFT_EAR]
 _RIGHT = [Joint.RIGHT_SHOULDER, Joint.RIGHT_HIP, Joint.RIGHT_EYE, Joint.RIGHT_EAR]
 
+# The pairs, from right to left, and the nose from the neck; arrays, since a list would be made into one at each call.
+_STARTS, _ENDS = np.array([*_RIGHT, Joint.NECK]), np.array([*_LEFT, Joint.NOSE])
+
+_Rows: TypeAlias = NDArray[Any]
+"""Of float32, one for each observation; by NumPy's types, a float makes them float64."""
+
 FEATURE_SIZE = 2 + 2 + 3 + 4 + 3 * JOINT_COUNT + JOINT_COUNT + 2 * len(_LEFT) + 2
 
 
@@ -26,65 +37,124 @@ class Features(nn.Module):
 
     It stands where skrl has its running scalers: lengths and variances have known ranges here, and a scale that moves
     with the replay would change what an old transition means.
+
+    Computed by NumPy: of the few rows that are acted on, each of torch's operators takes several times as long.
     """
 
     def __init__(self, workspace: EnvironmentConfig) -> None:
         super().__init__()
         self._workspace = workspace
-        # Tensors, since a list would be made into one at each call.
-        self._left, self._right = torch.tensor(_LEFT), torch.tensor(_RIGHT)
 
     def forward(self, observations: Tensor, train: bool = False) -> Tensor:
         """Features of a batch. `train` is skrl's word to running scalers; it changes nothing here."""
-        joints = observations[:, :COORDINATES].unflatten(1, (JOINT_COUNT, 3))
-        variance = observations[:, COORDINATES : 2 * COORDINATES].unflatten(1, (JOINT_COUNT, 3)).mean(2)
-        drone = observations[:, 2 * COORDINATES :]
-        trust = 1.0 / (1.0 + 10.0 * variance)
-        person = (joints[:, :, :2] * trust[:, :, None]).sum(1) / trust.sum(1, keepdim=True)
-        offset = drone[:, :2] - person
-        distance = offset.norm(dim=1, keepdim=True).clamp_min(1e-6)
-        bearing = offset / distance
-        around = torch.cat([joints[:, :, :2] - person[:, None], joints[:, :, 2:]], dim=2)
-        around = to_drone_frame(around, bearing[:, None]) * trust[:, :, None]
-        place = self._place(drone, distance)
-        limits = self._limits(drone, distance, bearing)
-        facing = self._facing(around)
-        return torch.cat([bearing, place, limits, around.flatten(1), trust, facing.flatten(1)], dim=1)
+        return torch.from_numpy(self.of(np.asarray(observations)))
 
-    def _place(self, drone: Tensor, distance: Tensor) -> Tensor:
+    def of(self, observations: Float32Array) -> Float32Array:
+        """Features of a batch, each row's the same to the bit whatever the others are."""
+        joints = observations[:, :COORDINATES].reshape(-1, JOINT_COUNT, 3)
+        variances = observations[:, COORDINATES : 2 * COORDINATES].reshape(-1, JOINT_COUNT, 3)
+        drone = observations[:, 2 * COORDINATES :]
+        trust = 1.0 / (1.0 + 10.0 * (variances.sum(2) / 3.0))
+        person = _sum_of_vectors(joints[:, :, :2] * trust[:, :, None]) / _sum_of_weights(trust)
+        offset = drone[:, :2] - person
+        distance = np.maximum(_length(offset), 1e-6)
+        bearing = offset / distance
+        x, y = _turned(joints[:, :, 0] - person[:, :1], joints[:, :, 1] - person[:, 1:], bearing)
+        around = np.stack([x, y, joints[:, :, 2]], axis=2) * trust[:, :, None]
+        parts = [bearing, self._place(drone, distance), self._limits(drone, distance, bearing)]
+        parts += [around.reshape(-1, COORDINATES), trust, _facing(around)]
+        return np.concatenate(parts, axis=1)
+
+    def _place(self, drone: _Rows, distance: _Rows) -> _Rows:
         """(n, 5) how far the drone is from the person, and where in the workspace, in its own units."""
         space = self._workspace
         middle, half = (space.highest + space.lowest) / 2, (space.highest - space.lowest) / 2
-        height = (drone[:, 2:] - middle) / half
-        return torch.cat([distance / space.half_width, 2.0 / distance, drone[:, :2] / space.half_width, height], dim=1)
+        place = [distance / space.half_width, 2.0 / distance, drone[:, :2] / space.half_width]
+        return np.concatenate([*place, (drone[:, 2:] - middle) / half], axis=1)
 
-    def _limits(self, drone: Tensor, distance: Tensor, bearing: Tensor) -> Tensor:
+    def _limits(self, drone: _Rows, distance: _Rows, bearing: _Rows) -> _Rows:
         """(n, 4) what the drone must not fly into, 1 at the limit and 0 from `_REACH` on.
 
         The walls as a vector towards them in the drone's frame, floor and ceiling as its third component, the keep-out.
         """
         space = self._workspace
-        across, height = drone.split((2, 1), dim=1)
-        room = [space.half_width - across.abs(), space.highest - height, height - space.lowest]
-        near = _nearness(torch.cat([*room, distance - space.keep_out], dim=1))
-        walls, ceiling, floor, keep_out = near.split((2, 1, 1, 1), dim=1)
-        towards = to_drone_frame(torch.cat([walls * across.sign(), ceiling - floor], dim=1), bearing)
-        return torch.cat([towards, keep_out], dim=1)
-
-    def _facing(self, around: Tensor) -> Tensor:
-        """(n, 5, 2) where the person faces, in the drone's frame, by each pair of left and right joints and the nose.
-
-        Half a metre long at most and shorter the less a pair is trusted; zero before it is seen.
-        """
-        flat = around[:, :, :2]
-        across = flat.index_select(1, self._left) - flat.index_select(1, self._right)
-        nose = flat[:, Joint.NOSE] - flat[:, Joint.NECK]
-        return torch.cat([torch.stack([across[..., 1], -across[..., 0]], dim=2), nose[:, None]], dim=1)
+        across, height = drone[:, :2], drone[:, 2:]
+        room = [space.half_width - np.abs(across), space.highest - height, height - space.lowest]
+        near = _nearness(np.concatenate([*room, distance - space.keep_out], axis=1))
+        walls, ceiling, floor, keep_out = near[:, :2] * np.sign(across), near[:, 2:3], near[:, 3:4], near[:, 4:]
+        return np.concatenate([*_turned(walls[:, :1], walls[:, 1:], bearing), ceiling - floor, keep_out], axis=1)
 
 
-def _nearness(room: Tensor) -> Tensor:
+class RecentFeatures:
+    """`Features` that remembers those of the last observations.
+
+    What is acted on is observed twice soon after: as what came after a step, and as what was before the next.
+
+    Args:
+        size: how many it remembers.
+    """
+
+    def __init__(self, features: Features, size: int) -> None:
+        self._features = features
+        self._size = size
+        self._known: dict[bytes, Float32Array] = {}
+
+    def of(self, observations: Float32Array) -> Float32Array:
+        """(n, 111) to (n, FEATURE_SIZE)."""
+        keys = [observation.tobytes() for observation in observations]
+        new = [index for index, key in enumerate(keys) if key not in self._known]
+        if new:
+            self._known.update(zip([keys[index] for index in new], self._features.of(observations[new]), strict=True))
+        features = np.stack([self._known[key] for key in keys])
+        for key in list(self._known)[: -self._size]:
+            del self._known[key]
+        return features
+
+
+# Torch used to compute these. They add and round as it does on x86: so trainings are to the bit what they were.
+
+
+def _sum_of_weights(weights: _Rows) -> _Rows:
+    """(n, 1) of (n, 18): of eight lanes, after the two that are left over."""
+    lanes = weights[:, :8] + weights[:, 8:16]
+    return np.add.accumulate(np.concatenate([weights[:, 16:], lanes], axis=1), axis=1)[:, -1:]
+
+
+def _sum_of_vectors(vectors: _Rows) -> _Rows:
+    """(n, 2) of (n, 18, 2): every fourth, the two that are left over go to the first, and these four."""
+    fourths = vectors[:, :16].reshape(-1, 4, 4, 2).sum(1)
+    fourths[:, 0] += vectors[:, 16]
+    fourths[:, 0] += vectors[:, 17]
+    return fourths.sum(1)
+
+
+def _length(vectors: _Rows) -> _Rows:
+    """(n, 1) of (n, 2): the second square is not rounded before it is added to the first."""
+    x, y = vectors[:, :1], vectors[:, 1:]
+    return np.sqrt((np.multiply(y, y, dtype=np.float64) + x * x).astype(np.float32))
+
+
+def _facing(around: _Rows) -> _Rows:
+    """(n, 10) where the person faces, in the drone's frame, by each pair of left and right joints and the nose.
+
+    Half a metre long at most and shorter the less a pair is trusted; zero before it is seen.
+    """
+    starts, ends = around.take(_STARTS, axis=1), around.take(_ENDS, axis=1)
+    facing = ends[:, :, :2] - starts[:, :, :2]
+    np.subtract(ends[:, :-1, 1], starts[:, :-1, 1], out=facing[:, :-1, 0])
+    np.subtract(starts[:, :-1, 0], ends[:, :-1, 0], out=facing[:, :-1, 1])
+    return facing.reshape(-1, 2 * len(_STARTS))
+
+
+def _nearness(room: _Rows) -> _Rows:
     """1 where there is no room left, 0 where there are `_REACH` metres of it."""
-    return (1.0 - room / _REACH).clamp(0.0, 1.5)
+    return np.minimum(np.maximum(1.0 - room / _REACH, 0.0), 1.5)
+
+
+def _turned(x: _Rows, y: _Rows, bearing: _Rows) -> tuple[_Rows, _Rows]:
+    """As `to_drone_frame` turns vectors, horizontally: x and y (n, k) for bearings (n, 2)."""
+    cosine, sine = bearing[:, :1], bearing[:, 1:]
+    return cosine * x + sine * y, cosine * y - sine * x
 
 
 def to_drone_frame(vectors: Tensor, bearing: Tensor) -> Tensor:

@@ -5,6 +5,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
+import numpy as np
 import torch
 import torch.nn.functional as F  # noqa: N812 (torch's own name for it)
 from gymnasium.spaces import Box
@@ -14,6 +15,7 @@ from torch.distributions import Normal
 
 from agent.features import FEATURE_SIZE, bearing_of, to_drone_frame, to_world_frame
 from agent.spaces import ACTION_SIZE
+from protocol.arrays import Float32Array
 
 Inputs: TypeAlias = dict[str, Any]
 Output: TypeAlias = tuple[Tensor, dict[str, Any]]
@@ -47,6 +49,21 @@ class SquashedPolicy(Model):
         mean, log_std = self.net(features).chunk(2, dim=1)
         log_std = MIN_LOG_STD + HALF_LOG_STD * (torch.tanh(log_std) + 1.0)
         return to_world_frame(mean, bearing_of(features)), {"log_std": log_std}
+
+    @torch.inference_mode()
+    def velocities(self, features: Float32Array, *, explore: bool) -> Float32Array:
+        """(n, 3) the best ones known, or with `explore` drawn around them; the same numbers as `compute`'s.
+
+        Of a few rows, NumPy's operators take a fraction of the time of torch's. But its tanh and exp round otherwise.
+        """
+        outputs = self.net(torch.from_numpy(features))
+        x, y, z = (outputs.numpy()[:, axis : axis + 1] for axis in range(3))
+        cosine, sine = features[:, :1], features[:, 1:2]
+        velocities = np.concatenate([cosine * x - sine * y, cosine * y + sine * x, z], axis=1)
+        if explore:
+            log_std = MIN_LOG_STD + HALF_LOG_STD * (torch.tanh(outputs[:, ACTION_SIZE:]).numpy() + 1.0)
+            velocities += torch.from_numpy(log_std).exp_().numpy() * torch.randn(velocities.shape).numpy()
+        return torch.from_numpy(velocities).tanh_().numpy()
 
     def act(self, inputs: Inputs, *, role: str = "") -> Output:
         """Draw velocities; `log_prob` (n, 1) is theirs, `mean_actions` (n, 3) the best ones known."""

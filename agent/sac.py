@@ -7,7 +7,7 @@ In memory are features, not observations: a transition is drawn hundreds of time
 do not depend on which other transitions they are computed with, so those that `recall` derives are the same to the bit.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from skrl.memories.torch import Memory, RandomMemory
 from skrl.models.torch import Model
 from torch import Tensor
 
-from agent.features import FEATURE_SIZE, Features
+from agent.features import FEATURE_SIZE, Features, RecentFeatures
 from agent.learner import Statistics, Transition, learned_rewards
 from agent.networks import Critic, SquashedPolicy
 from agent.randomness import random_state, restore_random_state, seed_all
@@ -57,6 +57,8 @@ class SacLearner:
         rows = config.memory // num_envs
         self._memory = RandomMemory(memory_size=rows, num_envs=num_envs, device="cpu", replacement=True)
         self._features = Features(environment)
+        # In each of two steps a drone acts on an observation, and another may end its flight.
+        self._recent = RecentFeatures(self._features, 4 * num_envs)
         networks = sac_networks(config)
         self._policy = networks.policy
         self._agent = sac_agent(config, networks, self._memory)
@@ -64,15 +66,11 @@ class SacLearner:
 
     def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
         """Velocities (n, 3), drawn from the policy or its best."""
-        with torch.no_grad():
-            velocities, outputs = self._policy.compute({"observations": self._features(torch.from_numpy(observations))})
-            if explore:
-                velocities += outputs["log_std"].exp() * torch.randn_like(velocities)
-            return torch.tanh(velocities).numpy()
+        return self._policy.velocities(self._recent.of(observations), explore=explore)
 
     def observe(self, transition: Transition) -> None:
         """Keep a step of every drone; a truncated one is bootstrapped from its final observation, a crash is not."""
-        samples: dict[str, Any] = self._samples(transition)
+        samples: dict[str, Any] = self._samples(transition, self._recent.of)
         self._memory.add_samples(**samples)
         self._observed += len(transition.rewards)
 
@@ -119,7 +117,7 @@ class SacLearner:
         place = self._memory.memory_index - self.memory_steps
         for transition in steps:
             places = torch.arange(place, place + len(transition.rewards)) % size
-            for name, samples in self._samples(transition).items():
+            for name, samples in self._samples(transition, self._features_of).items():
                 self._memory.tensors[name][places] = samples
             place += len(transition.rewards)
 
@@ -131,23 +129,27 @@ class SacLearner:
         """Take another learner's parameters."""
         load_network_weights(self._agent, weights)
 
-    def _samples(self, transition: Transition) -> dict[str, Tensor]:
+    def _samples(
+        self, transition: Transition, features_of: Callable[[Float32Array], Float32Array]
+    ) -> dict[str, Tensor]:
         """As they are kept: of one step of all drones, or of several in their order."""
         config = self._config
         kept = {
+            "observations": features_of(transition.observations),
+            "next_observations": features_of(transition.next_observations),
             "actions": transition.actions,
             "rewards": learned_rewards(transition.rewards, config.reward_floor, config.reward_scale)[..., None],
             "terminated": transition.terminated[..., None],
         }
         # Fields of a journal's rows lie apart from each other, which torch can't share.
-        samples = {name: torch.from_numpy(np.require(array, requirements=["C", "W"])) for name, array in kept.items()}
-        before, after = self._features_of(np.stack([transition.observations, transition.next_observations]))
-        return {**samples, "observations": before, "next_observations": after}
+        return {name: torch.from_numpy(np.require(array, requirements=["C", "W"])) for name, array in kept.items()}
 
-    def _features_of(self, observations: Float32Array) -> Tensor:
-        """(…, 111) to (…, FEATURE_SIZE)."""
-        pieces = torch.from_numpy(observations).flatten(0, -2).split(_FEATURES_AT_ONCE)
-        return torch.cat([self._features(piece) for piece in pieces]).unflatten(0, observations.shape[:-1])
+    def _features_of(self, observations: Float32Array) -> Float32Array:
+        """(…, 111) to (…, FEATURE_SIZE), of many."""
+        rows = observations.reshape(-1, observations.shape[-1])
+        pieces = [rows[first : first + _FEATURES_AT_ONCE] for first in range(0, len(rows), _FEATURES_AT_ONCE)]
+        features = np.concatenate([self._features.of(piece) for piece in pieces])
+        return features.reshape(*observations.shape[:-1], FEATURE_SIZE)
 
 
 def sac_networks(config: SacConfig) -> SacNetworks:

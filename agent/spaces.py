@@ -20,14 +20,13 @@ COORDINATE_LIMIT = 50.0
 VARIANCE_LIMIT = 100.0
 """m². A joint that is never seen stays far below it in 100 steps."""
 
+_HIGHEST = np.repeat((COORDINATE_LIMIT, VARIANCE_LIMIT, COORDINATE_LIMIT), (COORDINATES, COORDINATES, 3))
+_LOWEST = np.repeat((-COORDINATE_LIMIT, 0.0, -COORDINATE_LIMIT), (COORDINATES, COORDINATES, 3))
+
 
 def observation_space() -> Box[np.float32]:
     """Observations (111,), finite on all sides."""
-    low = np.full(OBSERVATION_SIZE, -COORDINATE_LIMIT, np.float32)
-    high = np.full(OBSERVATION_SIZE, COORDINATE_LIMIT, np.float32)
-    low[COORDINATES : 2 * COORDINATES] = 0.0
-    high[COORDINATES : 2 * COORDINATES] = VARIANCE_LIMIT
-    return Box(low, high, dtype=np.float32)
+    return Box(_LOWEST.astype(np.float32), _HIGHEST.astype(np.float32), dtype=np.float32)
 
 
 def action_space() -> Box[np.float32]:
@@ -40,9 +39,8 @@ def observed(flight: Flight) -> Float32Array:
 
     In m and m², cut to the observation space's bounds. Source: seed, section 4.3.1.
     """
-    coordinates = np.clip(flight.filter.mean.ravel(), -COORDINATE_LIMIT, COORDINATE_LIMIT)
-    variances = np.clip(flight.filter.variance.ravel(), 0.0, VARIANCE_LIMIT)
-    return np.concatenate([coordinates, variances, flight.position]).astype(np.float32)
+    seen = np.concatenate([flight.filter.mean.ravel(), flight.filter.variance.ravel(), flight.position])
+    return np.minimum(np.maximum(seen, _LOWEST), _HIGHEST).astype(np.float32)
 
 
 def require_actions(actions: ArrayLike, shape: tuple[int, ...]) -> Float64Array:

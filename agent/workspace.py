@@ -33,8 +33,9 @@ def require_room_to_start(config: EnvironmentConfig) -> None:
 
 def moved(position: Vector3, velocity: Float64Array, duration: float) -> Vector3:
     """Where a drone is after flying `velocity` (3,) for `duration` seconds; each component is cut to ±`MAX_SPEED`."""
-    x, y, z = np.asarray(position) + np.clip(velocity, -MAX_SPEED, MAX_SPEED) * duration
-    return float(x), float(y), float(z)
+    cut = (min(max(speed, -MAX_SPEED), MAX_SPEED) for speed in velocity.tolist())
+    x, y, z = (along + speed * duration for along, speed in zip(position, cut, strict=True))
+    return x, y, z
 
 
 def contains(config: EnvironmentConfig, position: Vector3) -> bool:
@@ -45,11 +46,12 @@ def contains(config: EnvironmentConfig, position: Vector3) -> bool:
 
 def closest_approach(start: Vector3, end: Vector3, person: tuple[float, float]) -> float:
     """The least horizontal distance, in metres, between a person and the straight way from `start` to `end`."""
-    to_start = np.array(start[:2]) - person
-    way = np.array(end[:2]) - start[:2]
-    length_squared = float(way @ way)
-    along = float(np.clip(-(to_start @ way) / length_squared, 0.0, 1.0)) if length_squared > 0 else 0.0
-    return float(np.linalg.norm(to_start + along * way))
+    from_x, from_y = start[0] - person[0], start[1] - person[1]
+    way_x, way_y = end[0] - start[0], end[1] - start[1]
+    length_squared = way_x**2 + way_y**2
+    along = -(from_x * way_x + from_y * way_y) / length_squared if length_squared > 0 else 0.0
+    along = min(max(along, 0.0), 1.0)
+    return math.hypot(from_x + along * way_x, from_y + along * way_y)
 
 
 def outcome_of(config: EnvironmentConfig, start: Vector3, end: Vector3, person: tuple[float, float]) -> Outcome:

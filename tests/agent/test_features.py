@@ -6,9 +6,18 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agent.features import FEATURE_SIZE, Features, bearing_of, to_drone_frame, to_drone_frames, to_world_frame
+from agent.features import (
+    FEATURE_SIZE,
+    Features,
+    RecentFeatures,
+    bearing_of,
+    to_drone_frame,
+    to_drone_frames,
+    to_world_frame,
+)
 from agent.flight import take_off
 from agent.spaces import OBSERVATION_SIZE, observed
+from protocol.arrays import Float32Array
 from protocol.config import EnvironmentConfig
 from tests.agent.analytic_eyes import BODY, AnalyticEyes
 
@@ -131,3 +140,31 @@ def test_matrices_turn_as_the_frames_do() -> None:
     vectors = torch.randn(20, 3)
     turned = to_drone_frames(features) @ vectors[:, :, None]
     assert torch.allclose(turned[:, :, 0], to_drone_frame(vectors, bearing_of(features)), atol=1e-6)
+
+
+class Counted(Features):
+    """Features that count of how many observations they were computed."""
+
+    rows = 0
+
+    def of(self, observations: Float32Array) -> Float32Array:
+        self.rows += len(observations)
+        return super().of(observations)
+
+
+def test_recent_features_are_computed_once_and_are_the_same() -> None:
+    counted, observations = Counted(EnvironmentConfig()), torch.rand(6, OBSERVATION_SIZE)
+    recent = RecentFeatures(counted, size=6)
+    for rows in ([0, 1], [1, 2, 1], [3, 4, 5], [0, 1, 2, 3, 4, 5]):
+        assert np.array_equal(recent.of(observations[rows].numpy()), FEATURES(observations[rows]).numpy())
+    assert counted.rows == 6
+
+
+def test_no_more_features_are_remembered_than_asked_for() -> None:
+    counted, observations = Counted(EnvironmentConfig()), torch.rand(6, OBSERVATION_SIZE).numpy()
+    recent = RecentFeatures(counted, size=2)
+    recent.of(observations)
+    recent.of(observations[4:])
+    assert counted.rows == 6
+    recent.of(observations[:4])
+    assert counted.rows == 10

@@ -1,5 +1,6 @@
 import math
 
+import numpy as np
 import pytest
 import torch
 from hypothesis import given
@@ -50,6 +51,20 @@ def test_velocities_are_within_their_limits_and_scatter_around_the_best(inputs) 
         actions, outputs = policy.act(many)
     assert actions.abs().max() <= 1.0
     assert actions.median(dim=0).values.numpy() == pytest.approx(outputs["mean_actions"][0].numpy(), abs=0.06)
+
+
+@pytest.mark.parametrize("drones", [1, 2, 4])
+def test_velocities_are_chosen_to_the_bit_as_the_policy_computes_them(inputs, drones: int) -> None:
+    policy = SquashedPolicy(*SPACES, (32, 32))
+    features = inputs["observations"][:drones]
+    with torch.no_grad():
+        mean, outputs = policy.compute({"observations": features})
+        best = torch.tanh(mean)
+        torch.manual_seed(1)
+        drawn = torch.tanh(mean + outputs["log_std"].exp() * torch.randn_like(mean))
+    assert np.array_equal(policy.velocities(features.numpy(), explore=False), best.numpy())
+    torch.manual_seed(1)
+    assert np.array_equal(policy.velocities(features.numpy(), explore=True), drawn.numpy())
 
 
 def test_a_policy_flies_the_same_way_at_every_bearing(inputs) -> None:
