@@ -55,9 +55,9 @@ class Features(nn.Module):
         variances = observations[:, COORDINATES : 2 * COORDINATES].reshape(-1, JOINT_COUNT, 3)
         drone = observations[:, 2 * COORDINATES :]
         trust = 1.0 / (1.0 + 10.0 * (variances.sum(2) / 3.0))
-        person = _sum_of_vectors(joints[:, :, :2] * trust[:, :, None]) / _sum_of_weights(trust)
+        person = (joints[:, :, :2] * trust[:, :, None]).sum(1) / trust.sum(1, keepdims=True)
         offset = drone[:, :2] - person
-        distance = np.maximum(_length(offset), 1e-6)
+        distance = np.maximum(np.sqrt((offset**2).sum(1, keepdims=True)), 1e-6)
         bearing = offset / distance
         x, y = _turned(joints[:, :, 0] - person[:, :1], joints[:, :, 1] - person[:, 1:], bearing)
         around = np.stack([x, y, joints[:, :, 2]], axis=2) * trust[:, :, None]
@@ -109,29 +109,6 @@ class RecentFeatures:
         for key in list(self._known)[: -self._size]:
             del self._known[key]
         return features
-
-
-# Torch used to compute these. They add and round as it does on x86: so trainings are to the bit what they were.
-
-
-def _sum_of_weights(weights: _Rows) -> _Rows:
-    """(n, 1) of (n, 18): of eight lanes, after the two that are left over."""
-    lanes = weights[:, :8] + weights[:, 8:16]
-    return np.add.accumulate(np.concatenate([weights[:, 16:], lanes], axis=1), axis=1)[:, -1:]
-
-
-def _sum_of_vectors(vectors: _Rows) -> _Rows:
-    """(n, 2) of (n, 18, 2): every fourth, the two that are left over go to the first, and these four."""
-    fourths = vectors[:, :16].reshape(-1, 4, 4, 2).sum(1)
-    fourths[:, 0] += vectors[:, 16]
-    fourths[:, 0] += vectors[:, 17]
-    return fourths.sum(1)
-
-
-def _length(vectors: _Rows) -> _Rows:
-    """(n, 1) of (n, 2): the second square is not rounded before it is added to the first."""
-    x, y = vectors[:, :1], vectors[:, 1:]
-    return np.sqrt((np.multiply(y, y, dtype=np.float64) + x * x).astype(np.float32))
 
 
 def _facing(around: _Rows) -> _Rows:
