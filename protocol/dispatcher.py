@@ -190,7 +190,9 @@ class Dispatcher:
             item.number = next(self._numbers)
             self._calls[item.number] = item
             self._at(item.deadline, self._expire, item)
-            self._dispatch(item)
+            # A worker would refuse it, and might do so before its time is up here.
+            late = item.deadline <= self._clock()
+            self._expire(item) if late else self._dispatch(item)
         return other_sockets
 
     def _stop(self) -> None:
