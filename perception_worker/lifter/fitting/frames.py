@@ -9,7 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from perception_worker.lifter.evidence import SHARE, median_of_known
+from perception_worker.lifter.evidence import LEAST, SHARE, median_of_known
 from perception_worker.lifter.tokens import Seen
 from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import CameraPose, world_to_camera
@@ -21,8 +21,14 @@ MOST_AWAY = 0.3
 """Of the body's height in the picture. Keypoints that at their median are farther from the true joints are somebody
 else's: nothing of the person can be learned from them."""
 
+USUAL_DISTANCE, MOST_ASIDE, LEAST_FOCAL = (1.5, 9.0), 0.12, 400.0
+"""Metres along the ground; the slope from the picture's middle to the person's; pixels per unit of slope."""
+
 LEAST_FOUND = 3
 """Joints that are found of somebody at least, else nobody is; see `perception_worker.look`."""
+
+RESCALED, SIZES = 0.5, (0.7, 1.3)
+"""The share of frames that are shown with people of another size, and how much smaller or larger these are."""
 
 JOINTS_DROPPED, DEPTHS_DROPPED = (0.0, 0.3), (0.0, 0.3)
 """Shares of a frame's joints, and of the depths around them, that are taken away: drawn evenly for each frame that
@@ -38,7 +44,8 @@ class Frames(Struct, frozen=True, eq=False, kw_only=True):
     Attributes:
         joints: (n, 18, 3) the true ones in the cameras' frames, metres.
         identity: (n,) whose.
-        usual: (n,) whether they are like a flight's: alone, in full view, followed by a filter.
+        usual: (n,) whether they are like a flight's: alone, in full view, followed by a filter, in one of the kinds of
+            pose, as far away as flights go, in the middle of a picture that is as sharp as a flight's.
         wide: (n,) whether they are in poses of the widest ranges.
     """
 
@@ -94,6 +101,21 @@ def made_harder(seen: Seen, random: np.random.Generator) -> Seen:
     )
 
 
+def rescaled(frames: Frames, random: np.random.Generator) -> Frames:
+    """The frames with people of other sizes as much nearer or farther: the same pictures, with other depths.
+
+    Else whoever crouches would be taken for somebody far away, whatever their depth says.
+    """
+    smallest, largest = SIZES
+    drawn = np.exp(random.uniform(np.log(smallest), np.log(largest), len(frames)))
+    size = np.where(random.random(len(frames)) < RESCALED, drawn, 1.0)[:, None, None]
+    seen = frames.seen
+    narrow, wide = seen.narrow.copy(), seen.wide.copy()
+    for evidence in (narrow, wide):
+        evidence[:, :, LEAST:] *= size.astype(np.float32)
+    return replace(frames, seen=replace(seen, narrow=narrow, wide=wide), joints=frames.joints * size)
+
+
 def _away(frames: Frames) -> Float64Array:
     """(n,) how far keypoints are from the true joints at the median, as a share of the body's height in the picture."""
     slopes = frames.joints[:, :, :2] / frames.joints[:, :, 2:]
@@ -115,7 +137,8 @@ def _frames(table: pa.Table) -> Frames:
     fx, fy, cx, cy = _lists(table, "intrinsics", 4).T
     keypoints = _lists(table, "keypoints", JOINT_COUNT, 2)
     transforms = _transforms(_lists(table, "pose", 6))
-    joints = _lists(table, "joints", JOINT_COUNT, 3)
+    world = _lists(table, "joints", JOINT_COUNT, 3)
+    joints = world @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3]
     rays = (keypoints - np.stack([cx, cy], axis=1)[:, None]) / np.stack([fx, fy], axis=1)[:, None]
     narrow, wide = (_lists(table, name, JOINT_COUNT, EVIDENCE_SIZE).astype(np.float32) for name in ("narrow", "wide"))
     return Frames(
@@ -127,11 +150,25 @@ def _frames(table: pa.Table) -> Frames:
             up=transforms[:, 1:3, 2],
             focal=fx,
         ),
-        joints=joints @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3],
+        joints=joints,
         identity=table["identity"].to_numpy().astype(np.int64),
-        usual=~_flag(table, "accompanied") & ~_flag(table, "hidden") & _flag(table, "known"),
-        wide=np.array(table["poses"].to_pylist()) == "wide",
+        usual=_usual(table, joints, fx),
+        wide=_is_wide(table),
     )
+
+
+def _usual(table: pa.Table, joints: Float64Array, focal: Float64Array) -> BoolArray:
+    """(n,) whether a flight has views like these."""
+    alone = ~_flag(table, "accompanied") & ~_flag(table, "hidden") & _flag(table, "known") & ~_is_wide(table)
+    distance = table["distance"].to_numpy()
+    aside = np.abs((joints[:, :, :2] / joints[:, :, 2:]).mean(axis=1)).max(axis=1)
+    nearest, farthest = USUAL_DISTANCE
+    near = (distance >= nearest) & (distance <= farthest)
+    return alone & near & (aside <= MOST_ASIDE) & (focal >= LEAST_FOCAL)
+
+
+def _is_wide(table: pa.Table) -> BoolArray:
+    return np.array(table["poses"].to_pylist()) == "wide"
 
 
 def _lists(table: pa.Table, name: str, *shape: int) -> Float64Array:

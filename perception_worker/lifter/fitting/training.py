@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
-from perception_worker.lifter.fitting.frames import Frames, made_harder
+from perception_worker.lifter.fitting.frames import Frames, made_harder, rescaled
 from perception_worker.lifter.fitting.model import LifterModel, lifted, loss
 from perception_worker.lifter.network import Shape
 from perception_worker.lifter.tokens import INPUTS, MIRRORED, Tokens, mirrored, tokens_of
@@ -87,6 +87,7 @@ def _batches(frames: Frames, training: Training, random: np.random.Generator) ->
 
 
 def _batch(frames: Frames, without: Sequence[str], random: np.random.Generator) -> _Batch:
+    frames = rescaled(frames, random)
     tokens = blinded(tokens_of(made_harder(frames.seen, random)), without)
     turned = random.random(len(frames)) < 0.5
     return _Batch(*map(torch.from_numpy, _turned(tokens, frames, turned)))

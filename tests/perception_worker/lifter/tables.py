@@ -12,7 +12,7 @@ from protocol.config import RunConfig
 from tests.perception_worker.lifter.bodies import INTRINSICS, joints
 
 
-def write_table(path: Path, frames: int = 400, people: int = 10, seed: int = 0, aside: float = 0.0) -> Path:
+def write_table(path: Path, frames: int = 1200, people: int = 10, seed: int = 0, aside: float = 0.0) -> Path:
     """People of several sizes, each with depths a little before the joints and some joints not found.
 
     Args:
@@ -39,7 +39,7 @@ def _row(number: int, identity: int, random: np.random.Generator, aside: float) 
     return {
         "view": number,
         "identity": identity,
-        "poses": ("kinds", "wide")[number % 2],
+        "poses": ("wide", "kinds", "kinds")[number % 3],
         "depth_noise": "none",
         "accompanied": False,
         "hidden": number % 7 == 0,
