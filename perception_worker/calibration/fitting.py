@@ -153,6 +153,7 @@ def _read(path: Path) -> pa.Table:
     lacking = {"joint", "error", "spread", "camera_x", "depth_noise"} - set(table.column_names)
     if lacking or table.num_rows == 0 or table.num_rows % JOINT_COUNT:
         raise InvalidInput(f"{path} is no table of 'orchestrator experiment qoe'")
+    _require_surfaces(table, path)
     return table
 
 
@@ -163,6 +164,14 @@ def _setting(table: pa.Table, path: Path) -> Setting:
         raise InvalidInput(f"{path} does not tell the configuration that it was made with")
     config = msgspec.toml.decode(encoded, type=RunConfig)
     return setting_of(settled(config.perception, config.profile))
+
+
+def _require_surfaces(table: pa.Table, path: Path) -> None:
+    """A lifter that has learned tells errors in metres by itself, and its errors are no surface's."""
+    if "lifting" in table.column_names and "learned" in table["lifting"].unique().to_pylist():
+        raise InvalidInput(
+            f"{path} is of joints that a learned lifter placed; observe them with perception.lifting = \"nearest\""
+        )
 
 
 def _by_frame(table: pa.Table, column: str) -> Float64Array:

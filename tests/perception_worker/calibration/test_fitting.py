@@ -114,5 +114,11 @@ class TestRefused:
         with pytest.raises(InvalidInput, match="7 people"):
             fitting.fit(file, version="")
 
+    def test_joints_that_a_learned_lifter_placed(self, file):
+        lifted = table().append_column("lifting", pa.array(["learned"] * table().num_rows))
+        pq.write_table(lifted, file)
+        with pytest.raises(InvalidInput, match='lifting = "nearest"'):
+            fitting.fit(file, version="")
+
     def test_is_said_by_the_command(self, tmp_path):
         assert main(["fit", str(tmp_path / "nowhere"), "--output", str(tmp_path / "out")]) == 2
