@@ -21,6 +21,9 @@ from perception_worker.lifter.stored import Certainty
 from perception_worker.lifter.tokens import Seen, tokens_of
 from protocol.arrays import BoolArray, Float64Array
 
+LEAST_JOINTS = 50
+"""Of a kind, to have factors of its own."""
+
 _AT_ONCE = 2048
 _LEAST_SCALE = 1e-4
 _LARGEST_ERROR = 2.0
@@ -55,12 +58,15 @@ def tried(network: LifterNetwork, frames: Frames, without: Sequence[str] = ()) -
 def certainty_of(trial: Trial, *, found: bool) -> Certainty:
     """The factors of joints that were found, or of those that were not.
 
+    A kind that is too seldom among them (a neck is found nearly always) has those of all kinds together.
+
     Raises:
-        InvalidInput: there are too few of a kind.
+        InvalidInput: there are too few of all kinds.
     """
     errors, radii = [], []
     for kind in KIND:
-        chosen = (trial.found == found) & (kind == KIND)
+        own = (trial.found == found) & (kind == KIND)
+        chosen = own if np.count_nonzero(own) >= LEAST_JOINTS else trial.found == found
         error, scale = trial.error[chosen], trial.scale[chosen]
         radii.append(conformal_quantile(error / scale))
         errors.append(float(np.minimum(error, _LARGEST_ERROR).sum() / scale.sum()))
