@@ -118,7 +118,11 @@ def test_a_learned_lifter_is_observed_and_flown_with(orchestrator):
     table = pq.read_table(orchestrator.folder / "e" / "flights.parquet").to_pydict()
     rows = zip(table["located"], table["detected"], table["seen"], table["step"], strict=True)
     told = {(detected, seen) for located, detected, seen, step in rows if located and step == 0}
-    assert told == {(True, True), (False, False)}
+    # By its variance an inferred joint tells the filter as well.
+    assert told == {(True, True), (False, True)}
+    assert {posterior["within"]["value"] <= 1.0 for posterior in json.loads(flown.stdout)["flights"]["posteriors"]} == {
+        True
+    }
 
 
 def test_an_experiment_works_with_the_workers_of_a_host_and_lets_them_go(orchestrator):
