@@ -2,7 +2,7 @@ import msgspec
 import pytest
 from msgspec.structs import replace
 
-from perception_worker.lifter.choice import open_lifter, shipped
+from perception_worker.lifter.choice import open_lifter
 from perception_worker.network_setting import network_setting
 from perception_worker.worker import with_lifter_at_hand
 from protocol.config import PerceptionConfig, settled
@@ -60,7 +60,6 @@ def test_other_ways_of_lifting_are_left_as_they_are():
     assert with_lifter_at_hand(thesis) == thesis
 
 
-@pytest.mark.skipif(not shipped(), reason="none is shipped")
 def test_one_is_shipped_for_whoever_tracks_by_default():
     opened = open_lifter(TRACKS)
     assert opened is not None
