@@ -29,9 +29,11 @@ from orchestrator.live_display import open_display
 from orchestrator.stop_request import stop_on_signals
 from orchestrator.worker_pair import WorkerPair, worker_pair
 from perception_worker.backend import open_look, open_network
+from perception_worker.lifter import open_lifter
 from perception_worker.look import HeldPictures
 from perception_worker.network import Network
 from perception_worker.perceive import Perceiver
+from perception_worker.worker import with_lifter_at_hand
 from protocol.arrays import UInt8Array
 from protocol.config import PerceptionConfig, Profile, RunConfig, settled
 from protocol.errors import ArtifactMissing
@@ -148,10 +150,7 @@ def looks(
     configs: Mapping[str, PerceptionConfig], profile: Profile, views: Iterator[Moment], pictures: list[UInt8Array]
 ) -> dict[str, list[Seen]]:
     """What every network makes of every view; the first pictures are kept for `speeds`."""
-    perceivers = {
-        name: Perceiver(open_look(settled(config, profile)), config, profile=profile)
-        for name, config in configs.items()
-    }
+    perceivers = {name: _perceiver(settled(config, profile)) for name, config in configs.items()}
     found: dict[str, list[Seen]] = {name: [] for name in configs}
     for moment in views:
         if len(pictures) < PICTURES_TIMED:
@@ -159,6 +158,13 @@ def looks(
         for name, perceiver in perceivers.items():
             found[name].append(look(perceiver, moment))
     return found
+
+
+def _perceiver(config: PerceptionConfig) -> Perceiver:
+    """With the lifter that ships for the network, where one does."""
+    chosen = with_lifter_at_hand(config)
+    lifter = open_lifter(chosen) if chosen.lifting == "learned" else None
+    return Perceiver(open_look(chosen), chosen, lifter=lifter)
 
 
 def speeds(networks: Mapping[str, PerceptionConfig], pictures: Sequence[UInt8Array], progress: Progress) -> Seconds:

@@ -104,7 +104,7 @@ def estimate(view: View, observation: Observation) -> Estimate:
     found = finding(view.request, observation)
     return Estimate(
         detected=np.isfinite(observation.keypoints[:, 0]),
-        error=np.linalg.norm(observation.points - observation.joints, axis=1),
+        error=np.where(observation.inferred, np.nan, np.linalg.norm(observation.points - observation.joints, axis=1)),
         uncertainty=1 - observation.quality,
         visible=observation.visible,
         right=found.found,

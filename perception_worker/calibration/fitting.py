@@ -170,7 +170,7 @@ def _require_surfaces(table: pa.Table, path: Path) -> None:
     """A lifter that has learned tells errors in metres by itself, and its errors are no surface's."""
     if "lifting" in table.column_names and "learned" in table["lifting"].unique().to_pylist():
         raise InvalidInput(
-            f"{path} is of joints that a learned lifter placed; observe them with perception.lifting = \"nearest\""
+            f'{path} is of joints that a learned lifter placed; observe them with perception.lifting = "nearest"'
         )
 
 
