@@ -26,6 +26,10 @@ REPEATED = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
 FORGOTTEN = (0.0, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3)
 
 
+_UNKNOWN = 1.0
+"""m² before anything is seen, as a filter begins."""
+
+
 class Replay(NamedTuple):
     """(frames, 18, 3) each: a filter's error and variance after each picture; metres, m²."""
 
@@ -38,14 +42,14 @@ def replayed(sample: Sample, repeated: float, forgotten: float) -> Replay:
     points, noise, truth = _axes(sample, ""), repeated * _axes(sample, "variance_"), truth_of(sample)
     error, variance = np.full_like(points, np.nan), np.full_like(points, np.nan)
     for frames in _flights(sample):
-        mean, spread = np.zeros_like(points[0]), np.full_like(points[0], np.inf)
+        mean, spread = np.zeros_like(points[0]), np.full_like(points[0], _UNKNOWN)
         for frame in frames:
             located = np.isfinite(points[frame]) & np.isfinite(noise[frame])
             predicted = spread + forgotten
-            gain = np.where(np.isinf(predicted), 1.0, predicted / (predicted + noise[frame]))
-            mean = np.where(located, mean + gain * (points[frame] - mean), mean)
-            updated = np.where(np.isinf(predicted), noise[frame], (1.0 - gain) * predicted)
-            spread = np.where(located, updated, predicted)
+            # By precisions: nothing is known at first, and what is not located has none.
+            precision = np.where(located, 1.0 / noise[frame], 0.0)
+            spread = 1.0 / (1.0 / predicted + precision)
+            mean = np.where(located, mean + np.where(located, spread * precision, 0.0) * (points[frame] - mean), mean)
             error[frame], variance[frame] = mean - truth[frame], spread
     return Replay(error, variance)
 

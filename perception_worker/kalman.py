@@ -18,7 +18,7 @@ PROCESS_NOISE_GROWTH: dict[FilterRule, float] = {"quality": 0.001, "variance": 0
 LEAST_OBSERVATION_NOISE = 1e-4
 """m². However good the quality, a depth camera does not measure more exactly than to a centimetre."""
 
-REPEATED = 4.0
+REPEATED = 2.0
 """By how much a lifter's variance counts more, since frames that follow each other share their errors."""
 
 

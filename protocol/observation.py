@@ -22,7 +22,7 @@ INITIAL_VARIANCE = 1.0
 BASE_PROCESS_NOISE = 0.01
 """m² a frame, of a filter by quality."""
 
-BASE_PROCESS_NOISES: Mapping[FilterRule, float] = {"quality": BASE_PROCESS_NOISE, "variance": 1e-4}
+BASE_PROCESS_NOISES: Mapping[FilterRule, float] = {"quality": BASE_PROCESS_NOISE, "variance": 1e-5}
 """m² that a joint's variance grows by from one frame that locates it to the next."""
 
 EVIDENCE_SIZE = 7
