@@ -55,7 +55,7 @@ def main() -> None:
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     frames = read_frames(options.table)
     held_out = np.isin(frames.identity, np.unique(frames.identity)[HELD_OUT - 1 :: HELD_OUT])
-    seen, others = frames.of(~held_out), frames.of(held_out & frames.usual)
+    seen, others = frames.of(~held_out), frames.of(held_out)
     console = Console(soft_wrap=True)
     console.print(f"machine: {machine_kind()}\n{options.frames} frames, {options.epochs} epochs; metres\n")
     console.print(
