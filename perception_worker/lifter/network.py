@@ -20,6 +20,8 @@ OUTPUT_SIZE = 5
 
 NORM_EPSILON = 1e-5
 
+_ROWS_AT_ONCE = JOINT_COUNT // 2
+
 Weights: TypeAlias = Mapping[str, Float32Array]
 
 
@@ -81,23 +83,24 @@ class LifterNetwork:
     def __call__(self, tokens: Float32Array) -> Float32Array:
         """(n, 18, OUTPUT_SIZE) for tokens (n, 18, TOKEN_SIZE)."""
         frames = len(tokens)
-        state = (tokens.reshape(-1, tokens.shape[2]) @ self._input).reshape(frames, JOINT_COUNT, -1) + self._joints
+        told = _product(tokens.reshape(-1, tokens.shape[2]), self._input)
+        state = told.reshape(frames, JOINT_COUNT, -1) + self._joints
         state = state.reshape(frames * JOINT_COUNT, -1)
         for layer in self._layers:
             state += self._attended(_normed(state), layer, frames)
-            hidden = _normed(state) @ layer.hide + layer.hide_bias
-            state += np.maximum(hidden, 0.0, out=hidden) @ layer.show + layer.show_bias
-        return (_normed(state) @ self._output + self._output_bias).reshape(frames, JOINT_COUNT, OUTPUT_SIZE)
+            hidden = _product(_normed(state), layer.hide) + layer.hide_bias
+            state += _product(np.maximum(hidden, 0.0, out=hidden), layer.show) + layer.show_bias
+        return (_product(_normed(state), self._output) + self._output_bias).reshape(frames, JOINT_COUNT, OUTPUT_SIZE)
 
     def _attended(self, state: Float32Array, layer: _Layer, frames: int) -> Float32Array:
-        asked = (state @ layer.attend + layer.attend_bias).reshape(frames, JOINT_COUNT, 3, self._heads, -1)
+        asked = (_product(state, layer.attend) + layer.attend_bias).reshape(frames, JOINT_COUNT, 3, self._heads, -1)
         query, key, value = asked.transpose(2, 0, 3, 1, 4)
         scores = query @ key.swapaxes(2, 3)
         scores -= scores.max(axis=3, keepdims=True)
         np.exp(scores, out=scores)
         scores /= scores.sum(axis=3, keepdims=True)
         told = (scores @ value).transpose(0, 2, 1, 3).reshape(len(state), -1)
-        return told @ layer.merge + layer.merge_bias
+        return _product(told, layer.merge) + layer.merge_bias
 
 
 def _scaled(layer: _Layer, shape: Shape) -> _Layer:
@@ -105,6 +108,12 @@ def _scaled(layer: _Layer, shape: Shape) -> _Layer:
     factors = np.ones(3 * shape.width, np.float32)
     factors[: shape.width] = (shape.width / shape.heads) ** -0.5
     return layer._replace(attend=layer.attend * factors, attend_bias=layer.attend_bias * factors)
+
+
+def _product(rows: Float32Array, matrix: Float32Array) -> Float32Array:
+    """`rows @ matrix`, some rows at a time: so few that no BLAS shares them among threads and adds up otherwise."""
+    pieces = rows.reshape(-1, _ROWS_AT_ONCE, rows.shape[1])
+    return (pieces @ matrix).reshape(len(rows), matrix.shape[1])
 
 
 def _normed(state: Float32Array) -> Float32Array:

@@ -1,3 +1,7 @@
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -45,3 +49,31 @@ def test_refuses_weights_that_it_can_not_compute_with(wrong):
         arrays["1.hidden"][0, 0] = np.nan
     with pytest.raises(ArtifactDamaged, match=r"1\.hidden"):
         LifterNetwork(SHAPE, arrays)
+
+
+@pytest.mark.slow
+def test_its_bytes_do_not_depend_on_how_many_threads_there_are():
+    digests = {_digest(threads) for threads in ("1", "2", "4")}
+    assert len(digests) == 1
+
+
+def _digest(threads: str) -> str:
+    """Of what a network of the size that ships computes, in a process with so many threads for linear algebra."""
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+    environment = os.environ | dict.fromkeys(names, threads)
+    done = subprocess.run([sys.executable, "-c", _COMPUTE], env=environment, capture_output=True, text=True, check=True)
+    return done.stdout
+
+
+_COMPUTE = """
+import hashlib
+import numpy as np
+from perception_worker.lifter.network import LifterNetwork, Shape
+from perception_worker.lifter.tokens import TOKEN_SIZE
+random, shape = np.random.default_rng(0), Shape()
+weights = {name: (0.1 * random.normal(size=size)).astype(np.float32) for name, size in shape.parameters().items()}
+network, digest = LifterNetwork(shape, weights), hashlib.sha256()
+for _ in range(20):
+    digest.update(network(random.normal(size=(2, 18, TOKEN_SIZE)).astype(np.float32)).tobytes())
+print(digest.hexdigest())
+"""
