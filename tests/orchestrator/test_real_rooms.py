@@ -58,7 +58,8 @@ def test_a_training_on_real_renders_ends_with_its_evaluation(orchestrator):
 
 
 def test_a_real_training_goes_on_after_a_worker_the_agent_and_the_orchestrator_were_killed(orchestrator, wait_until):
-    (orchestrator.folder / "tiny.toml").write_text(TINY.replace("steps = 16\n", "steps = 40\ncheckpoint_every = 8\n"))
+    # Long enough to be under way for some seconds, whatever the machine.
+    (orchestrator.folder / "tiny.toml").write_text(TINY.replace("steps = 16\n", "steps = 400\ncheckpoint_every = 8\n"))
     child = orchestrator.start("train", "tiny.toml", "--run", "tiny", "--no-evaluate", rooms=None)
     run = RunDirectory(orchestrator.folder / "tiny")
 
@@ -83,7 +84,7 @@ def test_a_real_training_goes_on_after_a_worker_the_agent_and_the_orchestrator_w
     done = orchestrator.run("resume", "tiny", "--json", rooms=None, patience=PATIENCE)
     assert done.returncode == 0, done.stderr
     report = json.loads(done.stdout)
-    assert (report["steps"], report["restarts"], report["evaluation"]) == (40, {"agent": 1, "render-0": 1}, None)
+    assert (report["steps"], report["restarts"], report["evaluation"]) == (400, {"agent": 1, "render-0": 1}, None)
     assert orchestrator.alive() == set()
 
 
