@@ -1,0 +1,83 @@
+"""`fit TABLE --output FILE` and `show [FILE]`, for whatever is fitted on people whose truth is known."""
+
+import argparse
+import logging
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Protocol
+
+import msgspec
+from msgspec import Struct
+
+from protocol.artifact import whole_file
+from protocol.errors import VantageError
+
+_logger = logging.getLogger(__name__)
+
+
+class Fitted(Protocol):
+    """What tells behind which network it was fitted, and where it comes from."""
+
+    @property
+    def setting(self) -> Struct:
+        """Behind which network it was fitted."""
+        ...
+
+    @property
+    def provenance(self) -> Struct:
+        """Where it comes from."""
+        ...
+
+
+class FitCommand(Struct, frozen=True, kw_only=True):
+    """A room's command.
+
+    Attributes:
+        noun: what is fitted, with its article.
+        table: what it is fitted on.
+        options: adds what else `fit` takes.
+        fit: what comes of the arguments, to be written to their `output`.
+        read, shipped: one out of a file, and those that come with the package.
+    """
+
+    prog: str
+    description: str
+    noun: str
+    table: str
+    options: Callable[[argparse.ArgumentParser], None] = lambda parser: None
+    fit: Callable[[argparse.Namespace], Struct]
+    read: Callable[[Path], Fitted]
+    shipped: Callable[[], Iterable[Fitted]]
+
+    def run(self, arguments: Sequence[str] | None) -> int:
+        """Fit or show; returns the exit code."""
+        chosen = self._parser().parse_args(arguments)
+        logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+        try:
+            if chosen.command == "fit":
+                self._write(self.fit(chosen), chosen.output)
+            file = chosen.output if chosen.command == "fit" else chosen.file
+            for fitted in self.shipped() if file is None else [self.read(file)]:
+                told = {"setting": fitted.setting, "provenance": fitted.provenance}
+                sys.stdout.write(msgspec.json.format(msgspec.json.encode(told)).decode() + "\n")
+        except VantageError as error:
+            _logger.error("%s", error)
+            return 2
+        return 0
+
+    def _write(self, stored: Struct, output: Path) -> None:
+        with whole_file(output) as aside:
+            aside.write_bytes(msgspec.msgpack.encode(stored))
+        _logger.info("wrote %s, %d kB", output, output.stat().st_size // 1000)
+
+    def _parser(self) -> argparse.ArgumentParser:
+        parser = argparse.ArgumentParser(prog=self.prog, description=self.description)
+        commands = parser.add_subparsers(dest="command", required=True)
+        fitting = commands.add_parser("fit", help=f"fit {self.noun} on a table of {self.table}")
+        fitting.add_argument("table", type=Path, metavar="TABLE", help="a Parquet file, of train identities")
+        fitting.add_argument("--output", type=Path, required=True, metavar="FILE", help="where to put it")
+        self.options(fitting)
+        showing = commands.add_parser("show", help=f"tell what {self.noun} is for and where it comes from")
+        showing.add_argument("file", type=Path, nargs="?", metavar="FILE", help="without one, those that are shipped")
+        return parser
