@@ -24,7 +24,7 @@ from protocol import Handlers, Pool, Timeouts, logs, serve
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import FrameEncoding, PerceptionConfig, RunConfig, load_config, settled
 from protocol.enrolment import ADVERTISE_HELP, Enrolment, enrolment_of
-from protocol.errors import VantageError
+from protocol.errors import InvalidConfig, VantageError
 from protocol.exit_code import ExitCode, exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.frame import ENCODINGS, Frame
@@ -151,6 +151,11 @@ def open_perceiver(config: PerceptionConfig) -> Perceiver:
         VantageError: one of them can't be loaded.
     """
     if config.lifting == "learned":
+        if config.calibration not in ("auto", "none"):
+            raise InvalidConfig(
+                f"perception.calibration: {config.calibration} tells the errors of surfaces that are lifted, and this "
+                f"worker's lifter tells its own; choose another perception.lifting, or calibration auto"
+            )
         return Perceiver(open_look(config), config, lifter=open_lifter(config))
     calibration = open_calibration(config)
     if calibration is None and config.calibration == "auto":
@@ -265,7 +270,7 @@ def _parser() -> argparse.ArgumentParser:
         "--calibration",
         metavar="FILE|auto|none",
         help="what tells errors in metres, in place of the configuration's: a file of 'orchestrator calibration fit', "
-        "the shipped one that fits (auto), or nothing",
+        "the shipped one that fits (auto), or nothing; a learned lifter tells its own",
     )
     parser.add_argument(
         "--frames",

@@ -109,7 +109,7 @@ class PerceptionConfig(_Section, frozen=True):
         lifter: which one does: a file, or with `auto` the one that ships for this network. Where there is none, the
             surface in front of a keypoint is taken (`nearest`).
         calibration: what tells expected errors and radii: a file, `none`, or with `auto` the one that ships for
-            this network and way of lifting, if there is one.
+            this network and way of lifting, if there is one. A learned lifter tells its own.
         peak_threshold: height that a peak in a heatmap must exceed; left out, it is the network's own.
         mask: whether other people's peaks count against the mass of a joint's own: yes (`none`), or not where they
             stand apart from it (`skeleton`); `auto` is the profile's.

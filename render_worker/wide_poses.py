@@ -1,7 +1,7 @@
 """Poses to train on: joint angles over the joints' ranges, all of kind 0.
 
-They keep out of every family of `pose_families`, which are there to be tested on: no hand above the head, no wrist on
-the other side of the body, no knee bent as far as for squatting, kneeling or sitting.
+They keep out of every family of `pose_families`, which are there to be tested on: no arm is up, one wrist at most is on
+the body's other side, one knee at most is bent as far as both are of who squats, kneels or sits.
 """
 
 import math
@@ -14,14 +14,15 @@ from render_worker.clearance import is_clear
 from render_worker.limbs import Range, elevation, hanging, inward, mirrored, on_side, reach, standing, uniform
 from render_worker.posing import trunk_rotation
 
-MOST_ELEVATION = math.radians(25)
-"""Of a wrist above its shoulder, in the frame of the trunk: below the eyes."""
+MOST_ELEVATION = math.radians(40)
+"""Of a wrist above its shoulder, in the frame of the trunk."""
 
-MOST_INWARD = 0.25
-"""Of a wrist from its shoulder, in units of the arm's length: it stays on its own side of the body."""
+MOST_INWARD, MOST_ACROSS = 0.25, 0.6
+"""Of the wrists from their shoulders, in units of the arm's length: of that which stays on its own side of the body, and
+of the other."""
 
-MOST_KNEE = 0.9
-"""Radians that a knee is bent: a crouch."""
+MOST_KNEE, MOST_ONE_KNEE = 1.1, 2.1
+"""Radians that the knee is bent which is bent less, as in a crouch, and the other."""
 
 MOST_HEAD_TURN = 1.2
 
@@ -40,9 +41,14 @@ def sample_wide_pose(random: np.random.Generator) -> BodyPose:
 def is_wide(pose: BodyPose) -> bool:
     """Whether a pose keeps within the limits above, and its arms out of its trunk."""
     sides = (pose.left_arm, 1), (pose.right_arm, -1)
+    less_across, more_across = sorted(inward(arm, side) for arm, side in sides)
+    straighter, more_bent = sorted((pose.left_leg.knee, pose.right_leg.knee))
     return (
-        all(elevation(arm) <= MOST_ELEVATION and inward(arm, side) <= MOST_INWARD for arm, side in sides)
-        and all(leg.knee <= MOST_KNEE for leg in (pose.left_leg, pose.right_leg))
+        all(elevation(arm) <= MOST_ELEVATION for arm, _ in sides)
+        and less_across <= MOST_INWARD
+        and more_across <= MOST_ACROSS
+        and straighter <= MOST_KNEE
+        and more_bent <= MOST_ONE_KNEE
         and all(is_clear(arm, side) for arm, side in sides)
     )
 
@@ -57,6 +63,11 @@ def _holding_out(random: np.random.Generator) -> BodyPose:
     other = _held_out(random) if random.random() < 0.35 else _resting(random)
     trunk = Trunk(*uniform(random, (-0.1, 0.5), (-0.2, 0.2), (-0.4, 0.4)))
     return _pose((_held_out(random), other), _stance(random), _head(random), trunk)
+
+
+def _reaching_across(random: np.random.Generator) -> BodyPose:
+    """A hand at the other side's hip, ribs, shoulder or cheek."""
+    return _pose((_across(random), _some_arm(random)), _stance(random), _head(random), _slight_turn(random))
 
 
 def _bending(random: np.random.Generator) -> BodyPose:
@@ -74,8 +85,15 @@ def _leaning(random: np.random.Generator) -> BodyPose:
 
 def _crouching(random: np.random.Generator) -> BodyPose:
     trunk = Trunk(*uniform(random, (0.1, 0.8), (-0.15, 0.15), (-0.3, 0.3)))
-    other = _held_out(random) if random.random() < 0.5 else _resting(random)
-    return _pose((_held_out(random), other), _crouch(random, (0.3, MOST_KNEE)), _head(random), trunk)
+    legs = _crouch(random, (0.3, MOST_KNEE)) if random.random() < 0.7 else _lunge(random)
+    return _pose((_held_out(random), _some_arm(random)), legs, _head(random), trunk)
+
+
+def _lifting_a_leg(random: np.random.Generator) -> BodyPose:
+    """On one leg, or with a foot on a step."""
+    trunk = Trunk(*uniform(random, (-0.15, 0.6), (-0.2, 0.2), (-0.3, 0.3)))
+    legs = _lifted_leg(random), _bearing_leg(random)
+    return _pose((_some_arm(random), _some_arm(random)), legs, _head(random), trunk)
 
 
 def _walking(random: np.random.Generator) -> BodyPose:
@@ -95,13 +113,15 @@ def _looking_about(random: np.random.Generator) -> BodyPose:
 
 _Part = Callable[[np.random.Generator], BodyPose]
 _MIXTURE: tuple[tuple[_Part, float], ...] = (
-    (_arms_anywhere, 0.2),
-    (_holding_out, 0.25),
-    (_bending, 0.15),
-    (_leaning, 0.1),
-    (_crouching, 0.1),
-    (_walking, 0.1),
-    (_looking_about, 0.1),
+    (_arms_anywhere, 0.14),
+    (_holding_out, 0.12),
+    (_reaching_across, 0.12),
+    (_bending, 0.1),
+    (_leaning, 0.05),
+    (_crouching, 0.18),
+    (_lifting_a_leg, 0.2),
+    (_walking, 0.04),
+    (_looking_about, 0.05),
 )
 _PARTS = tuple(part for part, _ in _MIXTURE)
 _SHARES = tuple(share for _, share in _MIXTURE)
@@ -115,7 +135,21 @@ def _pose(arms: tuple[Arm, Arm], legs: _Legs, head: Head, trunk: Trunk) -> BodyP
 def _any_arm(random: np.random.Generator) -> Arm:
     if random.random() < 0.15:
         return reach(random, out=(110, 155), up=(-80, -40), length=(0.8, 0.98), swivel=(-0.2, 0.3))
-    return reach(random, out=(-40, 110), up=(-80, 25), length=(0.5, 0.98), swivel=(-0.2, 0.8))
+    up = (10, math.degrees(MOST_ELEVATION)) if random.random() < 0.3 else (-80, 25)
+    return reach(random, out=(-40, 110), up=up, length=(0.5, 0.98), swivel=(-0.2, 0.8))
+
+
+def _some_arm(random: np.random.Generator) -> Arm:
+    """One that hangs, is held out or is anywhere."""
+    drawn = random.random()
+    if drawn < 0.4:
+        return _resting(random)
+    return _held_out(random) if drawn < 0.7 else _any_arm(random)
+
+
+def _across(random: np.random.Generator) -> Arm:
+    ahead, across, up, swivel = uniform(random, (0.3, 0.7), (0.05, MOST_ACROSS), (-0.5, 0.25), (0.2, 1.2))
+    return Arm((ahead, -across, up), swivel)
 
 
 def _held_out(random: np.random.Generator) -> Arm:
@@ -152,6 +186,28 @@ def _crouch(random: np.random.Generator, knee: Range) -> _Legs:
     bent, share = uniform(random, knee, (0.42, 0.56))
     sides = [Leg(bent * share + wide, apart, bent) for wide, apart in _pairs(random, (-0.03, 0.03), (-0.08, 0.1))]
     return sides[0], sides[1]
+
+
+def _lunge(random: np.random.Generator) -> _Legs:
+    """One foot behind the other, both on the ground where thighs are as long as lower legs."""
+    thigh, shin, behind = uniform(random, (0.5, 1.1), (-0.1, 0.4), (0.0, 0.5))
+    height = math.cos(thigh) + math.cos(shin)
+    shin_behind = math.acos(min(max(height - math.cos(behind), -1.0), 1.0))
+    return Leg(-behind, 0.0, max(shin_behind - behind, 0.0)), Leg(thigh, 0.0, thigh + shin)
+
+
+def _lifted_leg(random: np.random.Generator) -> Leg:
+    """The thigh up to level with the lower leg below it, or the foot behind."""
+    if random.random() < 0.6:
+        thigh, abduction, shin = uniform(random, (0.2, 1.65), (-0.05, 0.45), (-0.3, 0.5))
+    else:
+        thigh, abduction, shin = uniform(random, (-0.3, 0.6), (-0.05, 0.2), (0.6, 1.9))
+    return Leg(thigh, abduction, min(max(thigh + shin, 0.0), MOST_ONE_KNEE))
+
+
+def _bearing_leg(random: np.random.Generator) -> Leg:
+    thigh, abduction, shin = uniform(random, (-0.1, 0.3), (-0.08, 0.1), (-0.05, 0.25))
+    return Leg(thigh, abduction, max(thigh + shin, 0.0))
 
 
 def _pairs(random: np.random.Generator, *ranges: Range) -> list[list[float]]:

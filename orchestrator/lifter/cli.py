@@ -36,7 +36,7 @@ def fit(
     config: Annotated[
         Path | None, typer.Argument(metavar="[CONFIG]", help="Of the workers.", show_default="every default")
     ] = None,
-    frames: Annotated[int, typer.Option(min=1, help="How many views it learns from.")] = 36000,
+    frames: Annotated[int, typer.Option(min=1, help="How many views it learns from.")] = 60000,
     seed: Annotated[int, typer.Option(min=0, help="Of the views, and of what is drawn in training.")] = 0,
     wide: Annotated[
         float,

@@ -48,7 +48,7 @@ class FitViews(Struct, frozen=True, kw_only=True):
         frames_a_part: that are written at once, and lost at most by a kill.
     """
 
-    frames: int = 36000
+    frames: int = 60000
     seed: int = 0
     wide: float = 0.65
     views_a_scene: int = 4

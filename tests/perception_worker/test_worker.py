@@ -318,18 +318,34 @@ class TestProcess:
             assert "gives logits" in last_error(process)
         assert process.returncode == 2
 
-    def test_with_a_calibration_of_another_setting_ends_by_naming_both(self, addresses, tmp_path):
+    @pytest.fixture
+    def lifting_surfaces(self, tmp_path):
+        """The arguments by which a worker does so."""
+        config = tmp_path / "surfaces.toml"
+        config.write_text("[perception]\nlifting = 'nearest'\n")
+        return "--config", config
+
+    def test_with_a_calibration_of_another_setting_ends_by_naming_both(self, addresses, lifting_surfaces, tmp_path):
         file = tmp_path / "another.msgpack"
         file.write_bytes(msgspec.msgpack.encode(stored(setting=replace(SETTING, lifting="median"))))
-        with running("perception_worker", *self.arguments(addresses), "--calibration", file) as process:
+        arguments = *self.arguments(addresses), *lifting_surfaces, "--calibration", file
+        with running("perception_worker", *arguments) as process:
             assert "was fitted for" in last_error(process)
         assert process.returncode == 2
 
-    def test_tells_errors_in_metres_unless_it_is_told_not_to(self, addresses, photographer):
+    def test_with_a_calibration_that_its_lifter_has_no_use_for_ends_by_saying_so(self, addresses, tmp_path):
+        file = tmp_path / "fitting.msgpack"
+        file.write_bytes(msgspec.msgpack.encode(stored()))
+        with running("perception_worker", *self.arguments(addresses), "--calibration", file) as process:
+            assert "lifter tells its own" in last_error(process)
+        assert process.returncode == 2
+
+    def test_tells_errors_in_metres_unless_it_is_told_not_to(self, addresses, lifting_surfaces, photographer):
         told = {}
         for calibration in ("auto", "none"):
+            arguments = *self.arguments(addresses), *lifting_surfaces, "--calibration", calibration
             with (
-                running("perception_worker", *self.arguments(addresses), "--calibration", calibration),
+                running("perception_worker", *arguments),
                 Client(addresses[1], role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENCE) as client,
             ):
                 told[calibration] = client.call(OBSERVE)
