@@ -39,6 +39,7 @@ class FitCommand(Struct, frozen=True, kw_only=True):
         options: adds what else `fit` takes.
         fit: what comes of the arguments, to be written to their `output`.
         read, shipped: one out of a file, and those that come with the package.
+        written: told of the output once it is in place.
     """
 
     prog: str
@@ -49,6 +50,7 @@ class FitCommand(Struct, frozen=True, kw_only=True):
     fit: Callable[[argparse.Namespace], Struct]
     read: Callable[[Path], Fitted]
     shipped: Callable[[], Iterable[Fitted]]
+    written: Callable[[Path], None] = lambda output: None
 
     def run(self, arguments: Sequence[str] | None) -> int:
         """Fit or show; returns the exit code."""
@@ -69,6 +71,7 @@ class FitCommand(Struct, frozen=True, kw_only=True):
     def _write(self, stored: Struct, output: Path) -> None:
         with whole_file(output) as aside:
             aside.write_bytes(msgspec.msgpack.encode(stored))
+        self.written(output)
         _logger.info("wrote %s, %d kB", output, output.stat().st_size // 1000)
 
     def _parser(self) -> argparse.ArgumentParser:

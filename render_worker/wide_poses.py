@@ -18,8 +18,8 @@ MOST_ELEVATION = math.radians(40)
 """Of a wrist above its shoulder, in the frame of the trunk."""
 
 MOST_INWARD, MOST_ACROSS = 0.25, 0.6
-"""Of the wrists from their shoulders, in units of the arm's length: of that which stays on its own side of the body, and
-of the other."""
+"""Of the wrists from their shoulders, in units of the arm's length: of that which stays on its own side of the body,
+and of the other."""
 
 MOST_KNEE, MOST_ONE_KNEE = 1.1, 2.1
 """Radians that the knee is bent which is bent less, as in a crouch, and the other."""

@@ -54,7 +54,8 @@ def fit(
 ) -> None:
     """Render views of train identities, and fit a lifter on them; `perception.lifter` selects it.
 
-    Stopped or killed while it renders, the same command goes on where it was; fitting begins anew.
+    Stopped or killed, the same command goes on where it was: with the next part of its views, or the next epoch of its
+    training.
     """
     from orchestrator.experiments.workers import with_workers
     from orchestrator.lifter.directory import DEFAULT_PATH, FitDirectory

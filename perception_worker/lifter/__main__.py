@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from importlib import metadata
+from pathlib import Path
 
 from perception_worker.fit_command import FitCommand
 from perception_worker.lifter.choice import shipped
@@ -27,6 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         fit=_fitted,
         read=lambda path: Lifter(read_stored(path)),
         shipped=shipped,
+        written=lambda output: _training_path(output).unlink(missing_ok=True),
     )
     return command.run(arguments)
 
@@ -43,15 +45,27 @@ def _fitted(chosen: argparse.Namespace) -> StoredLifter:
     except ImportError as error:
         raise Unavailable(f"fitting needs the extra 'lifter': {error}") from error
     training = Training(epochs=chosen.epochs, seed=chosen.seed)
-    return fit(chosen.table, version=metadata.version("vantage"), training=training, told=_teller(training.epochs))
+    return fit(
+        chosen.table,
+        version=metadata.version("vantage"),
+        training=training,
+        told=_teller(training.epochs),
+        keep=_training_path(chosen.output),
+    )
+
+
+def _training_path(output: Path) -> Path:
+    """Where the training of a lifter is kept until that is written."""
+    return output.with_name(f"{output.name}.training")
 
 
 def _teller(epochs: int, clock: Callable[[], float] = time.monotonic) -> Callable[[int, float], None]:
-    begun = clock()
+    begun, first = clock(), None
 
     def tell(epoch: int, loss: float) -> None:
-        seconds = clock() - begun
-        left = seconds / (epoch + 1) * (epochs - epoch - 1)
+        nonlocal first
+        first = epoch if first is None else first
+        left = (clock() - begun) / (epoch - first + 1) * (epochs - epoch - 1)
         _logger.info("epoch %d of %d, loss %.4f, %d s left", epoch + 1, epochs, loss, left)
 
     return tell

@@ -13,8 +13,8 @@ from msgspec.structs import replace
 from perception_worker.calibration.conformal import conformal_quantile
 from perception_worker.calibration.features import KIND
 from perception_worker.lifter.evidence import SHARE
+from perception_worker.lifter.fitting.batches import blinded
 from perception_worker.lifter.fitting.frames import Frames
-from perception_worker.lifter.fitting.training import blinded
 from perception_worker.lifter.lifter import estimate_of
 from perception_worker.lifter.network import LifterNetwork
 from perception_worker.lifter.stored import Certainty

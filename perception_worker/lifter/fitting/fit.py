@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 
 from perception_worker.lifter.fitting.certainty import certainty_of, tried, unmeasured_factor
 from perception_worker.lifter.fitting.frames import read_frames
-from perception_worker.lifter.fitting.training import Training, train
+from perception_worker.lifter.fitting.training import Kept, Training, train
 from perception_worker.lifter.network import LifterNetwork, Shape
 from perception_worker.lifter.stored import Provenance, StoredLifter, checksum_of, packed, unpacked_arrays
 from perception_worker.network_setting import NetworkSetting, network_setting
@@ -25,7 +25,13 @@ DEFAULT_SHAPE = Shape()
 
 
 def fit(
-    path: Path, *, version: str, training: Training, told: Callable[[int, float], None], shape: Shape = DEFAULT_SHAPE
+    path: Path,
+    *,
+    version: str,
+    training: Training,
+    told: Callable[[int, float], None],
+    shape: Shape = DEFAULT_SHAPE,
+    keep: Path | None = None,
 ) -> StoredLifter:
     """Fit a lifter.
 
@@ -33,6 +39,7 @@ def fit(
         path: of the table, a Parquet file of `orchestrator lifter fit`.
         version: of Vantage, for the file to tell.
         told: given the number of each epoch and its mean loss.
+        keep: a file for the training after each epoch, so that who is killed goes on.
 
     Raises:
         InvalidInput: it is no such table, or has too few people.
@@ -43,7 +50,10 @@ def fit(
         raise InvalidInput(f"{path} has {len(people)} people; a lifter takes {LEAST_PEOPLE} or more")
     held_out = people[HELD_OUT - 1 :: HELD_OUT]
     unseen = np.isin(frames.identity, held_out)
-    weights = packed(train(frames.of(~unseen), shape, training, told=told))
+    table = sha256(path)
+    recipe = msgspec.json.encode(training).decode()
+    kept = None if keep is None else Kept(keep, f"{table} {recipe} {msgspec.json.encode(shape).decode()}")
+    weights = packed(train(frames.of(~unseen), shape, training, told=told, kept=kept))
     network = LifterNetwork(shape, unpacked_arrays(shape, weights))
     others = frames.of(unseen & frames.usual)
     trial = tried(network, others)
@@ -53,9 +63,9 @@ def fit(
         setting=_setting(metadata, path),
         provenance=Provenance(
             version=version,
-            table=sha256(path),
+            table=table,
             views=metadata.get(b"vantage.views", b"").decode(),
-            training=msgspec.json.encode(training).decode(),
+            training=recipe,
             frames=len(frames),
             fitted_on=tuple(np.setdiff1d(people, held_out).tolist()),
             calibrated_on=tuple(held_out.tolist()),

@@ -9,7 +9,7 @@ from perception_worker.lifter.__main__ import main
 from perception_worker.lifter.fitting.certainty import Trial, certainty_of, tried, without_depth
 from perception_worker.lifter.fitting.fit import fit
 from perception_worker.lifter.fitting.frames import LEAST_FOUND, made_harder, read_frames, rescaled
-from perception_worker.lifter.fitting.training import Training, train
+from perception_worker.lifter.fitting.training import Kept, Training, train
 from perception_worker.lifter.lifter import Lifter
 from perception_worker.lifter.network import LifterNetwork
 from perception_worker.lifter.stored import read_stored
@@ -73,6 +73,51 @@ def _at_surface(frames):
 def test_the_same_table_gives_the_same_lifter(table, fitted):
     again = fit(table, version="1", training=BRIEF, told=silent, shape=SHAPE)
     assert msgspec.msgpack.encode(again) == msgspec.msgpack.encode(fitted)
+
+
+@pytest.fixture(scope="module")
+def frames(table):
+    return read_frames(table)
+
+
+class Killed(Exception):
+    pass
+
+
+class TestKept:
+    def learned(self, frames, kept=None, told=silent):
+        return train(frames, SHAPE, replace(BRIEF, epochs=3), told=told, kept=kept)
+
+    def assert_same(self, weights, others):
+        assert weights.keys() == others.keys()
+        for name, weight in weights.items():
+            np.testing.assert_array_equal(weight, others[name])
+
+    @pytest.mark.parametrize("last", [0, 1, 2])
+    def test_a_training_that_was_killed_after_an_epoch_learns_what_it_would_have(self, frames, tmp_path, last):
+        def killed(epoch, loss):
+            if epoch == last:
+                raise Killed
+
+        kept = Kept(tmp_path / "training", "a fit")
+        with pytest.raises(Killed):
+            self.learned(frames, kept, killed)
+        told = []
+        weights = self.learned(frames, kept, lambda epoch, loss: told.append(epoch))
+        assert told == list(range(last + 1, 3))
+        self.assert_same(weights, self.learned(frames))
+
+    def test_what_was_kept_of_another_fit_is_not_gone_on_with(self, frames, tmp_path):
+        self.learned(frames, Kept(tmp_path / "training", "a fit"))
+        told = []
+        self.learned(frames, Kept(tmp_path / "training", "another"), lambda epoch, loss: told.append(epoch))
+        assert told == [0, 1, 2]
+
+    @pytest.mark.parametrize("content", [b"", b"no training", b"PK\x03\x04"])
+    def test_what_is_damaged_is_said_to_be_and_begun_anew(self, frames, tmp_path, caplog, content):
+        (tmp_path / "training").write_bytes(content)
+        self.assert_same(self.learned(frames, Kept(tmp_path / "training", "a fit")), self.learned(frames))
+        assert "can't be read, so training begins anew" in caplog.text
 
 
 @pytest.mark.slow
@@ -150,6 +195,7 @@ class TestCommand:
         assert '"look": "track"' in told
         lifter = Lifter(read_stored(tmp_path / "lifter.msgpack"))
         assert lifter.provenance.frames == 1200
+        assert sorted(one.name for one in tmp_path.iterdir()) == ["lifter.msgpack", "views.parquet"]
         assert main(["show", str(tmp_path / "lifter.msgpack")]) == 0
         assert capsys.readouterr().out == told
 
