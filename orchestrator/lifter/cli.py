@@ -42,7 +42,7 @@ def fit(
         float,
         typer.Option(min=0, max=1, help="Share of the scenes in poses of the widest ranges, not the eight kinds'."),
     ] = 0.65,
-    epochs: Annotated[int, typer.Option(min=1, help="How often it sees each view.")] = 60,
+    epochs: Annotated[int, typer.Option(min=1, help="How often it sees each view.")] = 40,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Perception workers.", show_default="one for each core")
     ] = None,
