@@ -1,4 +1,4 @@
-"""Arguments of interfaces that others defined: honoured as they are there, or refused by name.
+"""Arguments of Gymnasium's interface, and of our own: honoured, or refused by name.
 
 Gymnasium's own vector environment of single drones is what ours is held to.
 """
@@ -17,8 +17,11 @@ import agent  # noqa: F401 (registers the environment)
 from agent.episode_seeds import episode_seed
 from agent.hover import Hover
 from agent.vector_hover import VectorHover
-from protocol.config import EnvironmentConfig
-from protocol.errors import InvalidInput
+from perception_worker import models
+from perception_worker.worker import open_perceiver
+from protocol.config import EnvironmentConfig, PerceptionConfig
+from protocol.errors import InvalidConfig, InvalidInput
+from render_worker import bake
 from tests.agent.analytic_eyes import AnalyticEyes
 
 SHORT = EnvironmentConfig(num_envs=3, episode_steps=4)
@@ -189,6 +192,11 @@ def test_what_gymnasium_s_make_hands_on_is_refused_by_name(make: Any, argument: 
     make("vantage/Hover-v0", eyes=AnalyticEyes(), render_mode=None, split="test")
 
 
+def test_a_time_limit_of_gymnasium_s_is_refused_where_no_wrapper_keeps_it() -> None:
+    with pytest.raises(TypeError, match="max_episode_steps"):
+        gymnasium.make_vec("vantage/Hover-v0", eyes=AnalyticEyes(), max_episode_steps=3)
+
+
 @pytest.mark.parametrize("num_envs", [0, -1, 1.5, "3"])
 def test_a_number_of_drones_that_is_none_is_refused(num_envs: Any) -> None:
     with pytest.raises(InvalidInput, match="num_envs"):
@@ -205,3 +213,20 @@ def test_gymnasium_s_statistics_of_episodes_know_who_began_anew() -> None:
     for _ in range(SHORT.episode_steps - 1):
         ended = env.step(HOLD)[-1]
     assert ended["episode"]["l"].tolist() == [SHORT.episode_steps, 0, SHORT.episode_steps]
+
+
+def test_a_lifter_that_is_named_and_not_used_is_refused_by_name() -> None:
+    with pytest.raises(InvalidConfig, match=r"perception\.lifter: mine\.msgpack is named, and .* lifts by nearest"):
+        open_perceiver(PerceptionConfig(look="whole", mask="none", lifting="nearest", lifter="mine.msgpack"))
+
+
+def test_names_beside_all_networks_are_refused_by_name(caplog: pytest.LogCaptureFixture) -> None:
+    assert models.main(["pull", "--all", "movenet_lightnig"]) == 2
+    assert "movenet_lightnig" in caplog.text
+
+
+def test_a_bake_is_not_checked_and_made_anew_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as refused:
+        bake.main(["--check", "--force"])
+    assert refused.value.code == 2
+    assert "--force" in capsys.readouterr().err
