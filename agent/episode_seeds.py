@@ -51,7 +51,7 @@ def require_seeds(seed: GivenSeed, drones: int) -> int | list[int | None] | None
     """
     if seed is None:
         return None
-    if isinstance(seed, str) or not isinstance(seed, Iterable):
+    if isinstance(seed, str | bytes) or not isinstance(seed, Iterable):
         return require_seed(seed)
     seeds = [None if one is None else require_seed(one) for one in seed]
     if len(seeds) != drones:

@@ -151,7 +151,7 @@ def test_seeds_of_drones_come_as_any_sequence_and_may_be_left_to_the_run(seeds: 
     assert seeds_of(env) == [11, episode_seed(7, 4) if seeds[1] is None else 12, 13]
 
 
-@pytest.mark.parametrize("seed", [-1, 1.5, "abc", "7", 2**63, [1, 2], [1, -2, 3], [1, 2.5, 3], [1, "2", 3]])
+@pytest.mark.parametrize("seed", [-1, 1.5, "abc", b"abc", "7", 2**63, [1, 2], [1, -2, 3], [1, 2.5, 3], [1, "2", 3]])
 def test_a_seed_that_is_none_is_refused_and_changes_nothing(seed: Any) -> None:
     env = drones()
     env.reset(seed=7)
