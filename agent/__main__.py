@@ -12,7 +12,7 @@ from agent.connections import Workers
 from protocol import logs
 from protocol.enrolment import Enrolment
 from protocol.errors import VantageError
-from protocol.exit_code import ExitCode, exit_code_of
+from protocol.exit_code import ExitCode, logged_exit_code_of
 from protocol.failpoint import failpoint_of
 from protocol.security.options import add_security_options, security_of
 from protocol.telemetry.endpoint import add_http_options, endpoint_of
@@ -32,8 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         else:
             evaluate_run(options.run, workers, episodes=options.episodes, names=options.policy, http=http)
     except (VantageError, OSError) as error:
-        _log.error("%s", error, extra={"error": type(error).__name__})
-        return exit_code_of(error)
+        return logged_exit_code_of(error, _log)
     return ExitCode.DONE
 
 

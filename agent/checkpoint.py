@@ -22,6 +22,7 @@ from agent.state_tree import join, split
 from agent.weights import FILE_NAME as WEIGHTS
 from agent.weights import encoded_weights, load_weights
 from protocol.errors import ArtifactDamaged, ArtifactMissing
+from protocol.text import UNDECODABLE
 
 FORMAT = 1
 MANIFEST, TENSORS, REST, MEASURED = "manifest.json", "state.safetensors", "state.msgpack", "measured.msgpack"
@@ -141,7 +142,7 @@ def read_manifest(directory: Path) -> Manifest:
         written = msgspec.json.decode(text, type=_Format).format
         if written <= FORMAT:
             return msgspec.json.decode(text, type=Manifest)
-    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+    except UNDECODABLE as error:
         raise ArtifactDamaged(f"{path} can't be read: {error}") from error
     raise NewerFormat(f"{path} has the format {written}, this version of Vantage reads up to {FORMAT}; use a later one")
 

@@ -10,6 +10,7 @@ from safetensors.numpy import save
 
 from protocol.artifact import require_artifact, whole_file
 from protocol.errors import ArtifactDamaged
+from protocol.text import UNDECODABLE
 
 FILE_NAME = "weights.safetensors"
 _ABOUT = "about"
@@ -39,5 +40,5 @@ def load_weights(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, str]]:
             about = (file.metadata() or {}).get(_ABOUT, "{}")
             weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
             return weights, msgspec.json.decode(about, type=dict[str, str])
-    except (SafetensorError, msgspec.MsgspecError) as error:
+    except (SafetensorError, *UNDECODABLE) as error:
         raise ArtifactDamaged(f"{path} holds no weights ({error}); train again") from error

@@ -4,15 +4,13 @@ import os
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from rich.console import Console
-from typer.core import TyperGroup
 
-from orchestrator import doctor as machine
 from orchestrator import training
 from orchestrator.calibration_cli import calibration_app
+from orchestrator.doctor import all_checks, all_needed_passed, checks_table
 from orchestrator.errors import HostNotTold, Interrupted, RunError
 from orchestrator.experiment_cli import experiment_app
 from orchestrator.host import HostOrder
@@ -32,7 +30,6 @@ from orchestrator.options import (
     at_work,
     endpoint,
     examples,
-    print_json,
 )
 from orchestrator.report import report_view, training_report
 from orchestrator.run_directory import Plan, RunDirectory, default_run_path, newest_run
@@ -41,40 +38,20 @@ from orchestrator.status import RunStatus, run_status, status_view
 from orchestrator.stop_request import stop_on_signals
 from orchestrator.table import evaluation_table
 from orchestrator.telemetry import host_telemetry, run_telemetry
+from orchestrator.terminal.command_group import FAILED, Sentences
+from orchestrator.terminal.console import open_console
+from orchestrator.terminal.output import print_json, print_line, show
 from orchestrator.versions import collect_versions, installed_version
+from protocol.artifact import require_place
 from protocol.config import load_config
-from protocol.errors import InvalidConfig, InvalidInput, VantageError
+from protocol.errors import InvalidInput
 from protocol.scene import Split
 from protocol.security.options import security_from
 from protocol.telemetry.endpoint import parse_endpoint
-
-DONE, FAILED, MISUSED, STOPPED = 0, 1, 2, 130
-
-
-class _Sentences(TyperGroup):
-    """Says our own errors in a sentence, and ends with the code that belongs to each."""
-
-    def invoke(self, ctx: Any) -> Any:
-        try:
-            return super().invoke(ctx)
-        except VantageError as error:
-            style = "yellow" if isinstance(error, Interrupted | HostNotTold) else "bold red"
-            sentences = "\n".join((str(error), *getattr(error, "__notes__", ())))
-            Console(stderr=True).print(sentences, style=style, markup=False, highlight=False, soft_wrap=True)
-            raise typer.Exit(_exit_code(error)) from error
-
-
-def _exit_code(error: VantageError) -> int:
-    if isinstance(error, Interrupted):
-        return STOPPED
-    if isinstance(error, HostNotTold):
-        # What was asked for is there; that workers stay is no failure of ours.
-        return DONE
-    return MISUSED if isinstance(error, InvalidConfig | InvalidInput) else FAILED
-
+from protocol.text import readable
 
 app = typer.Typer(
-    cls=_Sentences,
+    cls=Sentences,
     help="Trains where a drone should fly so that a person's 3D pose is seen with certainty.",
     epilog=examples("orchestrator doctor", "orchestrator train configs/quickstart.toml", "orchestrator status"),
     no_args_is_help=True,
@@ -96,7 +73,7 @@ def main() -> None:
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"vantage {installed_version('vantage') or '(not installed)'}")
+        print_line(f"vantage {installed_version('vantage') or '(not installed)'}")
         raise typer.Exit
 
 
@@ -153,7 +130,7 @@ def train(
         raise InvalidInput("--or-resume goes on with the run of a name; it needs --run")
     path = run or default_run_path(config, datetime.now())
     go_on = training.train
-    with at_work() as (display, stop), run_telemetry(endpoint(http, http_token), path.name, display) as watch:
+    with at_work() as (display, stop), run_telemetry(endpoint(http, http_token), readable(path.name), display) as watch:
         if or_resume and path.exists():
             directory, go_on = RunDirectory.open_for(path, settings), training.resume
             _require_planned(directory, evaluate)
@@ -184,7 +161,7 @@ def resume(
     """
     directory = RunDirectory.open(run)
     joining = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
-    with at_work() as (display, stop), run_telemetry(endpoint(http, http_token), run.name, display) as watch:
+    with at_work() as (display, stop), run_telemetry(endpoint(http, http_token), directory.name, display) as watch:
         ending = _ending_of(lambda: training.resume(directory, watch=watch, stop=stop, join=joining))
     _print_training(directory, json, ending)
 
@@ -213,7 +190,7 @@ def host(
     order = HostOrder(bind=bind, stay=stay, security=security)
     with (
         stop_on_signals() as stop,
-        open_host_display(Console(stderr=True)) as display,
+        open_host_display(open_console(stderr=True)) as display,
         host_telemetry(endpoint(http, http_token), bind, display) as watch,
     ):
         serve_host(order, display=watch.display, stop=stop, observer=watch.registry)
@@ -248,7 +225,7 @@ def evaluate(
     if json:
         print_json(evaluation)
     else:
-        Console().print(evaluation_table(evaluation))
+        show(evaluation_table(evaluation))
 
 
 @app.command(
@@ -283,12 +260,12 @@ def status(
 @app.command(epilog=examples("orchestrator doctor", "orchestrator doctor --json"))
 def doctor(json: JsonOption = False) -> None:
     """Check that this machine has what Vantage needs, and say what to do about each thing that it lacks."""
-    checks = tuple(machine.all_checks())
+    checks = tuple(all_checks())
     if json:
         print_json(checks)
     else:
-        Console().print(machine.checks_table(checks))
-    if not machine.all_needed_passed(checks):
+        show(checks_table(checks))
+    if not all_needed_passed(checks):
         raise typer.Exit(FAILED)
 
 
@@ -318,7 +295,7 @@ def chaos(
     if json:
         print_json(found)
     else:
-        Console().print(report.report_view(found))
+        show(report.report_view(found))
     if not found.passed:
         raise typer.Exit(FAILED)
 
@@ -352,10 +329,13 @@ def view_scenes(
     look = viewing.Look(seeds=tuple(dict.fromkeys(scenes)), split=split, viewpoint=viewpoint, bystanders=bystanders)
     settings = viewing.view_config(config, size)
     files = viewing.picture_files(look.seeds, output)
+    for file in files.values():
+        # Before anybody draws.
+        require_place(file)
 
     def write(seed: int, page: viewing.UInt8Array) -> None:
         viewing.write_picture(files[seed], page)
-        typer.echo(files[seed])
+        print_line(files[seed])
 
     with at_work() as (display, stop):
         viewing.view(look, settings, show=write, display=display, stop=stop)
@@ -376,7 +356,7 @@ def _print_status(found: RunStatus, json: bool) -> None:
     if json:
         print_json(found)
     else:
-        Console().print(status_view(found))
+        show(status_view(found))
 
 
 def _print_reports(places: list[str], json: bool) -> None:
@@ -387,7 +367,7 @@ def _print_reports(places: list[str], json: bool) -> None:
     if json:
         print_json(reports)
     else:
-        Console().print(reports_table(reports))
+        show(reports_table(reports))
     if not all(report.ready for report in reports):
         raise typer.Exit(FAILED)
 
@@ -407,6 +387,6 @@ def _print_training(run: RunDirectory, json: bool, ending: Interrupted | HostNot
     if report is not None and json:
         print_json(report)
     elif report is not None:
-        Console().print(report_view(report))
+        show(report_view(report))
     if ending is not None:
         raise ending

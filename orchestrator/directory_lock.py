@@ -7,29 +7,32 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
-from orchestrator.errors import RunBusy
+from orchestrator.errors import NoLocks, RunBusy
+from protocol.refusal import reason
 
 
 @contextmanager
-def directory_lock(path: Path, patience: float, otherwise: str) -> Generator[None]:
+def directory_lock(path: Path, patience: float, otherwise: str, called: Path | None = None) -> Generator[None]:
     """Hold a directory's lock; the system frees it however we end.
 
     Args:
         patience: seconds to wait for whoever holds it.
         otherwise: what to say when that was in vain.
+        called: the directory's name for people, where it is to get another.
 
     Raises:
         RunBusy: somebody else holds it.
+        NoLocks: its file system has none.
     """
     descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
     try:
-        _lock_within(descriptor, patience, otherwise)
+        _lock_within(called or path, descriptor, patience, otherwise)
         yield
     finally:
         os.close(descriptor)
 
 
-def _lock_within(descriptor: int, patience: float, otherwise: str) -> None:
+def _lock_within(path: Path, descriptor: int, patience: float, otherwise: str) -> None:
     deadline = time.monotonic() + patience
     while True:
         try:
@@ -38,5 +41,11 @@ def _lock_within(descriptor: int, patience: float, otherwise: str) -> None:
             if time.monotonic() >= deadline:
                 raise RunBusy(otherwise) from None
             time.sleep(0.05)
+        except OSError as error:
+            # Some network file systems know no locks (ENOSYS, ENOLCK), or none on directories (EBADF, EINVAL).
+            raise NoLocks(
+                f"{path} can't be locked ({reason(error)}): its file system has no locks, and two might work on it at "
+                f"once; take a place on a local disk"
+            ) from error
         else:
             return

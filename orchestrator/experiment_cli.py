@@ -18,10 +18,11 @@ from orchestrator.options import (
     KeyOption,
     at_work,
     examples,
-    print_json,
     worker_count,
 )
+from orchestrator.terminal.output import print_json, print_line
 from orchestrator.versions import collect_versions
+from protocol.artifact import require_place
 from protocol.camera import DepthNoise
 from protocol.config import RunConfig, load_config
 from protocol.errors import InvalidInput, VantageError
@@ -187,15 +188,18 @@ def _complete(
 def _print_results(directory: "ExperimentDirectory", json: bool, page: Path | None = None) -> None:
     from orchestrator.experiments.results import publish, work_out
 
+    for file in (directory.page_path, *([] if page is None else [page])):
+        # Before the figures, which take their time.
+        require_place(file)
     results = work_out(directory)
     if page is not None:
         publish(directory, results, page)
     if json:
         print_json(results)
         return
-    typer.echo(directory.page_path.read_text(encoding="utf-8"))
+    print_line(directory.page_path.read_text(encoding="utf-8"))
     for path in (directory.table_path, directory.figures_path, directory.page_path, *sorted(directory.plots.iterdir())):
-        typer.echo(path)
+        print_line(path)
 
 
 def _require_libraries() -> None:

@@ -9,6 +9,8 @@ from typing import TypeVar
 import msgspec
 from msgspec import Struct
 
+from protocol.text import UNDECODABLE, json_of
+
 TAIL = 64 * 1024
 """Bytes at a file's end in which its last lines are looked for."""
 
@@ -30,7 +32,7 @@ def last_record(path: Path, record: type[RecordT]) -> RecordT | None:
     for line in last_lines(path):
         try:
             return msgspec.json.decode(line, type=record)
-        except msgspec.MsgspecError:
+        except UNDECODABLE:
             continue
     return None
 
@@ -38,14 +40,14 @@ def last_record(path: Path, record: type[RecordT]) -> RecordT | None:
 def all_records(path: Path, record: type[RecordT]) -> Iterator[RecordT]:
     """Every line that is a whole record; none where there is no file."""
     for line in Follower(path).new_lines():
-        with suppress(msgspec.MsgspecError):
+        with suppress(*UNDECODABLE):
             yield msgspec.json.decode(line, type=record)
 
 
 def append_record(path: Path, record: Struct) -> None:
     """Add a line; a reader never sees a part of it."""
     with path.open("ab", buffering=0) as file:
-        file.write(msgspec.json.encode(record) + b"\n")
+        file.write(json_of(record) + b"\n")
 
 
 class Follower:

@@ -9,11 +9,11 @@ from orchestrator.launch import Launch, registry_address, worker_launches
 from orchestrator.live_display import Display
 from orchestrator.registry import Registry, serve_registry
 from orchestrator.run_directory import resolved_toml
+from orchestrator.run_log import log_directory
 from orchestrator.session import Session
 from orchestrator.socket_directory import socket_directory
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervisor import Supervisor
-from protocol.artifact import cache_directory
 from protocol.config import RunConfig
 from protocol.timeouts import Timeouts
 
@@ -37,7 +37,7 @@ def local_workers(
     with (
         socket_directory() as sockets,
         serve_registry(Registry(timeouts.liveness), registry_address(sockets), timeouts),
-        Fleet(cache_directory() / "logs", stop) as fleet,
+        Fleet(log_directory(), stop) as fleet,
         Supervisor(fleet, config.supervision, timeouts) as supervisor,
     ):
         config_path = sockets / "config.toml"

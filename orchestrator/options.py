@@ -1,19 +1,16 @@
 """What the commands have in common: options, examples, and how they work with a person before them."""
 
 import os
-import sys
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
-import msgspec
 import typer
-from msgspec import Struct
-from rich.console import Console
 
 from orchestrator.live_display import Display, open_display
 from orchestrator.stop_request import StopRequest, stop_on_signals
+from orchestrator.terminal.console import open_console
 from protocol.errors import InvalidInput
 from protocol.telemetry.control import TOKEN_VARIABLE
 from protocol.telemetry.endpoint import Endpoint, endpoint_from, parse_endpoint
@@ -76,10 +73,5 @@ def worker_count(workers: int | None, join: str | None) -> int:
 @contextmanager
 def at_work() -> Generator[tuple[Display, StopRequest]]:
     """Show progress on stderr, and take signals as requests to stop."""
-    with stop_on_signals() as stop, open_display(Console(stderr=True)) as display:
+    with stop_on_signals() as stop, open_display(open_console(stderr=True)) as display:
         yield display, stop
-
-
-def print_json(value: Struct | tuple[Struct, ...]) -> None:
-    """Print values on stdout, for programs."""
-    sys.stdout.write(msgspec.json.format(msgspec.json.encode(value), indent=2).decode() + "\n")

@@ -13,6 +13,7 @@ from rich.text import Text
 from protocol.telemetry.endpoint import Endpoint
 from protocol.telemetry.info import Info
 from protocol.telemetry.readiness import Readiness, Wait
+from protocol.text import UNDECODABLE
 
 PATIENCE = 3.0
 """Seconds to wait for each answer."""
@@ -69,7 +70,7 @@ def _report(client: httpx.Client, at: Endpoint) -> ProcessReport:
         return ProcessReport(at=str(at), trouble="it took too long to answer")
     except httpx.HTTPError as error:
         return ProcessReport(at=str(at), trouble=f"nobody answers: {error}")
-    except (msgspec.MsgspecError, ValueError) as error:
+    except (*UNDECODABLE, ValueError) as error:
         return ProcessReport(at=str(at), trouble=f"this is no process of ours: {error}")
     return ProcessReport(at=str(at), ready=readiness.ready, waits_for=readiness.waits_for, info=info, figures=figures)
 

@@ -16,15 +16,17 @@ import tomli_w
 from msgspec import Struct
 
 from orchestrator.directory_lock import directory_lock
-from orchestrator.errors import NoSuchRun, RunBusy, RunError, RunExists
+from orchestrator.errors import NoLocks, NoSuchRun, RunBusy, RunError, RunExists, RunNotWritable
 from orchestrator.json_lines import all_records, append_record, last_record
 from orchestrator.restart import Restart
 from orchestrator.versions import Versions
-from protocol.artifact import whole_file
+from protocol.artifact import require_place, whole_file
 from protocol.config import RunConfig, load_config
 from protocol.errors import InvalidInput
 from protocol.messages import Role
 from protocol.records import Evaluation, Progress, Summary
+from protocol.refusal import reason
+from protocol.text import UNDECODABLE, json_of, readable
 
 RUNS = Path("runs")
 LOCK_PATIENCE = 0.5
@@ -77,18 +79,24 @@ class RunDirectory(Struct, frozen=True):
         Raises:
             RunExists: something is at `path` already.
             RunError: the system would not make it.
+            NoLocks: its file system has none.
         """
         if path.exists():
             raise RunExists(f"{path} exists already, and a run is never overwritten; {_instead_of_making(path)}")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             with _directory_aside(path) as aside:
+                # A run that nobody could work on is not made.
+                with directory_lock(aside, 0.0, "", called=path):
+                    pass
                 (aside / "config.toml").write_bytes(resolved_toml(config))
                 (aside / "versions.json").write_bytes(versions.to_json())
                 (aside / "plan.json").write_bytes(msgspec.json.encode(plan) + b"\n")
                 (aside / "logs").mkdir()
         except OSError as error:
-            raise RunError(f"the run directory {path} can't be made: {error.strerror}") from error
+            raise RunError(
+                f"the run directory {path} can't be made: {reason(error)}; choose another place with --run"
+            ) from error
         return cls(path)
 
     @classmethod
@@ -120,8 +128,8 @@ class RunDirectory(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """The directory's own name."""
-        return self.path.resolve().name
+        """The directory's own name, as text that can be sent."""
+        return readable(self.path.resolve().name)
 
     @property
     def config_path(self) -> Path:
@@ -152,6 +160,11 @@ class RunDirectory(Struct, frozen=True):
     def restarts_path(self) -> Path:
         """Each restart of a process, one JSON object a line."""
         return self.path / "restarts.jsonl"
+
+    @property
+    def work_path(self) -> Path:
+        """Who has worked on the run, and how that ended."""
+        return self.path / "work.jsonl"
 
     @property
     def evaluation_path(self) -> Path:
@@ -210,13 +223,13 @@ class RunDirectory(Struct, frozen=True):
         """The processes that were last started on this run."""
         try:
             return msgspec.json.decode(self.workers_path.read_bytes(), type=tuple[ProcessRecord, ...])
-        except (OSError, msgspec.MsgspecError):
+        except (OSError, *UNDECODABLE):
             return ()
 
     def write_processes(self, processes: Sequence[ProcessRecord]) -> None:
         """Note which processes work on this run, for `status` and for whoever takes the run over."""
         with whole_file(self.workers_path) as aside:
-            aside.write_bytes(msgspec.json.format(msgspec.json.encode(processes), indent=2) + b"\n")
+            aside.write_bytes(msgspec.json.format(json_of(processes), indent=2) + b"\n")
 
     def restarts(self) -> tuple[Restart, ...]:
         """Every restart of a process of this run so far."""
@@ -232,18 +245,35 @@ class RunDirectory(Struct, frozen=True):
 
         Raises:
             RunBusy: another one does.
+            NoLocks: its file system has none.
+            RunNotWritable: nothing can be written to it.
         """
         otherwise = f"another orchestrator works on {self.path}; see 'orchestrator status {self.path}'"
         with directory_lock(self.path, patience, otherwise):
+            self._require_writable()
             yield
 
     def is_busy(self) -> bool:
-        """Whether an orchestrator works on this run now."""
+        """Whether an orchestrator works on this run now, as far as this user can tell."""
         try:
-            with self.lock(patience=0.0):
+            with directory_lock(self.path, 0.0, ""):
                 return False
         except RunBusy:
             return True
+        except (NoLocks, OSError):
+            # Who can't lock it can't work on it either, and whoever reads it needs no lock.
+            return False
+
+    def _require_writable(self) -> None:
+        try:
+            for place in (self.path, self.logs):
+                require_place(place / "any")
+        except OSError as error:
+            raise RunNotWritable(
+                f"nothing can be written to {self.path} ({reason(error)}), neither its logs nor its evaluation.json: "
+                f"copy the run to where you may write, and name the copy; 'orchestrator status {self.path}' and, of a "
+                f"finished run, 'orchestrator resume {self.path}' only read"
+            ) from error
 
 
 def _instead_of_making(path: Path) -> str:
@@ -277,7 +307,7 @@ def _directory_aside(path: Path) -> Generator[Path]:
 def _read(path: Path, record: type[RecordT]) -> RecordT | None:
     try:
         return msgspec.json.decode(path.read_bytes(), type=record)
-    except (OSError, msgspec.MsgspecError):
+    except (OSError, *UNDECODABLE):
         return None
 
 

@@ -4,12 +4,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from orchestrator import keys
-from orchestrator.options import JsonOption, examples, print_json
+from orchestrator.options import JsonOption, examples
 from orchestrator.setup_command import run_setup
 from orchestrator.stop_request import stop_on_signals
+from orchestrator.terminal.output import print_json, print_line, show
 from protocol.messages import Role
 
 models_app = typer.Typer(help="The pose networks in the user's cache.", no_args_is_help=True)
@@ -52,7 +52,7 @@ def new_key(
     directory: KeysOption = Path("keys"),
 ) -> None:
     """Make a key, and allow it. Copy its file and allowed.json to the machine that is to have it."""
-    typer.echo(keys.new_key(directory, name, role))
+    print_line(keys.new_key(directory, name, role))
 
 
 @keys_app.command("list", epilog=examples("orchestrator keys list", "orchestrator keys list --json"))
@@ -62,7 +62,7 @@ def list_keys(directory: KeysOption = Path("keys"), json: JsonOption = False) ->
     if json:
         print_json(found.keys)
     else:
-        Console(soft_wrap=True).print(keys.keys_table(found))
+        show(keys.keys_table(found), soft_wrap=True)
 
 
 @keys_app.command("revoke", epilog=examples("orchestrator keys revoke gpu-box"))

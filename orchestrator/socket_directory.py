@@ -11,6 +11,7 @@ from pathlib import Path
 
 from orchestrator.errors import RunError
 from protocol.address import LONGEST_IPC_PATH
+from protocol.text import readable
 
 LONGEST_NAMES = 48
 """Bytes that our directory's and a socket's name may take together."""
@@ -47,13 +48,16 @@ def run_sockets(run: Path) -> Generator[Path]:
 
 def sockets_of(run: Path) -> Path:
     """Where a run's sockets are: it follows from who we are and the run directory's absolute path."""
-    name = hashlib.sha256(f"{os.geteuid()}:{run.resolve()}".encode()).hexdigest()[:16]
+    # Its bytes, which need not be UTF-8.
+    name = hashlib.sha256(b"%d:%b" % (os.geteuid(), bytes(run.resolve()))).hexdigest()[:16]
     return _parent() / f"{PREFIX}{name}"
 
 
 def _parent() -> Path:
     parent = Path(tempfile.gettempdir())
-    return parent if len(bytes(parent)) + LONGEST_NAMES <= LONGEST_IPC_PATH else Path("/tmp")
+    # An address is sent, and is UTF-8.
+    fits = len(bytes(parent)) + LONGEST_NAMES <= LONGEST_IPC_PATH and readable(str(parent)) == str(parent)
+    return parent if fits else Path("/tmp")
 
 
 def _require_private(path: Path) -> None:

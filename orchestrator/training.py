@@ -31,11 +31,13 @@ from orchestrator.registry import Registry, serve_registry
 from orchestrator.run_directory import RunDirectory
 from orchestrator.run_log import run_log
 from orchestrator.session import Session
-from orchestrator.socket_directory import run_sockets
+from orchestrator.socket_directory import run_sockets, sockets_of
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervisor import Supervisor
 from orchestrator.telemetry import Watch
 from orchestrator.ward import IsDone
+from orchestrator.work_record import Job as WorkKind
+from orchestrator.work_record import noted_work
 from orchestrator.worker_process import WorkerProcess
 from protocol.errors import VantageError
 from protocol.messages import Role
@@ -88,7 +90,7 @@ def train(run: RunDirectory, *, watch: Watch, stop: StopRequest, join: Join | No
         HostLost: it is gone for too long.
         HostNotTold: all is done, and it does not know.
     """
-    with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
+    with _at_work(run, "train") as sockets:
         cast = _cast_to_finish(run, sockets, join)
         # Who serves at our sockets now was started on another run of this path, and has loaded what that was told.
         left_behind = LeftBehind((), (*cast.workers, *cast.agents), ())
@@ -98,17 +100,20 @@ def train(run: RunDirectory, *, watch: Watch, stop: StopRequest, join: Join | No
 
 
 def resume(run: RunDirectory, *, watch: Watch, stop: StopRequest, join: Join | None = None) -> None:
-    """Bring a run to its end from wherever it stands; nothing is done where it is there already.
+    """Bring a run to its end from wherever it stands; nothing is done, nor written, where it is there already.
 
     Raises:
         RunBusy: an orchestrator works on it.
         Others: as `train` does.
     """
-    with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
+    if _is_over(run, join):
+        # Whoever did it may have been killed before it could say so.
+        _dismiss(run, join, watch.display, stop)
+        return
+    with _at_work(run, "resume") as sockets:
         cast = _cast_to_finish(run, sockets, join)
         with _telling_how_to_go_on(run, join):
             _perform(run, sockets, cast, _left_behind(run, cast), watch, stop)
-        # Also where nothing was left to do: whoever did it may have been killed before it could say so.
         _dismiss(run, join, watch.display, stop)
 
 
@@ -119,7 +124,7 @@ def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopR
         RunBusy: an orchestrator works on it, or its training goes on without one.
         ProcessFailed, DeadlineExceeded, Interrupted: as `train` does.
     """
-    with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
+    with _at_work(run, "evaluate") as sockets:
         workers, training = _workers_and_training(run, sockets, None)
         evaluation = evaluation_launch(run.path, workers, sockets, what)
         cast = Cast(workers, (training, evaluation), (Job(evaluation, "evaluation", run.is_evaluated),))
@@ -128,6 +133,24 @@ def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopR
             resumption = f"'orchestrator resume {run.path}'"
             raise RunBusy(f"the training of {run.path} goes on without its orchestrator; take it up by {resumption}")
         _perform(run, sockets, cast, left_behind, Watch(display), stop)
+
+
+@contextmanager
+def _at_work(run: RunDirectory, job: WorkKind) -> Generator[Path]:
+    """Be the only orchestrator that works on a run, with a log and a directory for sockets, which is given."""
+    with (
+        run.lock(),
+        run_sockets(run.path) as sockets,
+        run_log(run.orchestrator_log),
+        noted_work(run.work_path, job),
+    ):
+        yield sockets
+
+
+def _is_over(run: RunDirectory, join: Join | None) -> bool:
+    """Whether nothing is to be done and nobody to be ended: then looking is enough, and needs no right to write."""
+    cast = _cast_to_finish(run, sockets_of(run.path), join)
+    return not cast.jobs and not _left_behind(run, cast).in_the_way
 
 
 def _cast_to_finish(run: RunDirectory, sockets: Path, join: Join | None) -> Cast:

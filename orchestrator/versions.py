@@ -12,6 +12,7 @@ from msgspec import Struct
 from packaging.requirements import Requirement
 
 from protocol.messages import PROTOCOL_VERSION
+from protocol.text import json_of
 
 DISTRIBUTION = "vantage"
 
@@ -30,7 +31,7 @@ class Versions(Struct, frozen=True, kw_only=True):
 
     def to_json(self) -> bytes:
         """As a file for people and programs, in a stable order."""
-        return msgspec.json.format(msgspec.json.encode(self, order="deterministic"), indent=2) + b"\n"
+        return msgspec.json.format(json_of(self, stable=True), indent=2) + b"\n"
 
 
 def collect_versions(environment: Mapping[str, str]) -> Versions:
@@ -72,7 +73,7 @@ def source_commit(folder: Path) -> str | None:
     """The commit of the checkout that we run from, with `-dirty` where it was changed; None outside a checkout."""
     command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
     try:
-        finished = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
+        finished = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=10, check=True)
     except (OSError, subprocess.SubprocessError):
         return None
     return finished.stdout.strip()

@@ -22,6 +22,8 @@ from perception_worker.single_person_network import (
 from protocol.config import PerceptionConfig, Pixels
 from protocol.cores import available_cores
 from protocol.errors import InvalidConfig, Unavailable
+from protocol.home import home_at_hand
+from protocol.text import readable
 
 _logger = logging.getLogger(__name__)
 
@@ -113,7 +115,7 @@ def network_name(config: PerceptionConfig) -> str:
     """What a settled configuration's network is called: the name that it is known by, or its file's."""
     if config.network is None:
         return (OPENPOSE_MOBILENET_THIN_5 if config.look == "track" else OPENPOSE_MOBILENET_THIN).name
-    return config.network if config.network in KNOWN else Path(config.network).name
+    return config.network if config.network in KNOWN else readable(Path(config.network).name)
 
 
 def input_size(config: PerceptionConfig) -> tuple[int, int] | None:
@@ -207,7 +209,8 @@ def _open_onnxruntime(file: Path, size: tuple[int, int] | None, config: Percepti
 
 def _open_openvino(file: Path, size: tuple[int, int] | None, config: PerceptionConfig) -> Engine:
     _require_installed("openvino")
-    from perception_worker.openvino_engine import OpenVinoEngine
+    with home_at_hand():
+        from perception_worker.openvino_engine import OpenVinoEngine
 
     engine = OpenVinoEngine(
         file,

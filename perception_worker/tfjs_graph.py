@@ -15,6 +15,7 @@ import numpy as np
 from perception_worker.tensorflow_graph import Node
 from protocol.arrays import AnyArray
 from protocol.errors import ArtifactDamaged
+from protocol.text import UNDECODABLE
 
 _UNFUSED = {"_FusedConv2D": "Conv2D", "FusedDepthwiseConv2dNative": "DepthwiseConv2dNative"}
 
@@ -33,7 +34,7 @@ def read_tfjs(model: bytes, weights: bytes) -> tuple[Node, ...]:
         described = msgspec.json.decode(model)
         constants = _constants(described["weightsManifest"], weights)
         return tuple(node for found in described["modelTopology"]["node"] for node in _nodes(found, constants))
-    except (msgspec.DecodeError, KeyError, TypeError, ValueError) as error:
+    except (*UNDECODABLE, KeyError, TypeError, ValueError) as error:
         raise ArtifactDamaged(f"the network's file is no graph model of TensorFlow.js: {error!r}") from error
 
 

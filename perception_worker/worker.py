@@ -25,7 +25,7 @@ from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import FrameEncoding, PerceptionConfig, RunConfig, load_config, settled
 from protocol.enrolment import ADVERTISE_HELP, Enrolment, enrolment_of
 from protocol.errors import InvalidConfig, VantageError
-from protocol.exit_code import ExitCode, exit_code_of
+from protocol.exit_code import ExitCode, logged_exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.frame import ENCODINGS, Frame
 from protocol.messages import Observe, Perceive, Role
@@ -124,7 +124,7 @@ def run(
             # The frames in hand are the parallel work; OpenCV's own threads would only contend for the same cores.
             cv2.setNumThreads(1)
             perceiver = open_perceiver(perception)
-            _warm_up(perceiver)
+            warm_up(perceiver)
             renderers.wait_any_ready()
             deadline = render_deadline(timeouts)
             return PerceptionHandlers(perceiver, renderers, render_deadline=deadline, frames=perception.frames).table()
@@ -182,7 +182,7 @@ def with_lifter_at_hand(config: PerceptionConfig) -> PerceptionConfig:
     return replace(config, lifting="nearest")
 
 
-def _warm_up(perceiver: Perceiver) -> None:
+def warm_up(perceiver: Perceiver) -> None:
     """Look at a black picture, so that what a network does but once is done before the first request waits for it.
 
     Somebody is expected in it, so that whoever tracks is shown a region and, in vain, the whole frame.
@@ -235,8 +235,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             name=chosen.name,
         )
     except (VantageError, OSError) as error:
-        _logger.error("%s", error)
-        return exit_code_of(error)
+        return logged_exit_code_of(error, _logger)
     return ExitCode.DONE
 
 

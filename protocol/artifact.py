@@ -3,8 +3,10 @@
 They live in the user's cache (`VANTAGE_CACHE` moves it), appear whole or not at all, and are refused when damaged.
 """
 
+import errno
 import hashlib
 import os
+import tempfile
 import uuid
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -12,13 +14,38 @@ from pathlib import Path
 
 import platformdirs
 
-from protocol.errors import ArtifactDamaged, ArtifactMissing
+from protocol.errors import ArtifactDamaged, ArtifactMissing, Unavailable
 
 
 def cache_directory() -> Path:
-    """Where artifacts are kept."""
-    moved = os.environ.get("VANTAGE_CACHE")
-    return Path(moved) if moved else platformdirs.user_cache_path("vantage")
+    """Where artifacts are kept.
+
+    Raises:
+        Unavailable: the user has no home for a cache, and none was named.
+    """
+    if moved := os.environ.get("VANTAGE_CACHE"):
+        return Path(moved)
+    try:
+        return platformdirs.user_cache_path("vantage")
+    except RuntimeError as error:
+        raise Unavailable("this user has no home directory; set HOME, or VANTAGE_CACHE to a directory") from error
+
+
+def require_place(path: Path) -> None:
+    """Try whether a file can be written at `path`, before anything is worked out for it; nothing is left behind.
+
+    Raises:
+        OSError: it can't, for the reason that it says.
+    """
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    nearest = next(folder for folder in path.absolute().parents if folder.exists())
+    try:
+        with tempfile.TemporaryFile(dir=nearest):
+            pass
+    except OSError as error:
+        # Of the file that was asked for, not of the one that was tried.
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 @contextmanager

@@ -27,11 +27,10 @@ from protocol.messages import (
     Hello,
     Welcome,
 )
+from protocol.text import UNDECODABLE
 
 _PRELUDE = struct.Struct("<HH")
 _EVERY_VERSION: frozenset[MessageType] = frozenset({Hello, Welcome, Failure})
-# A list that announces more elements than memory holds, or nests without end, fails in these ways inside msgspec.
-_UNDECODABLE = (msgspec.MsgspecError, UnicodeDecodeError, RecursionError, MemoryError, OverflowError)
 
 HeaderT = TypeVar("HeaderT", RequestHeader, ReplyHeader)
 
@@ -115,7 +114,7 @@ def decode_header(header: Part, kind: type[HeaderT]) -> HeaderT:
     """
     try:
         return msgspec.msgpack.decode(header, type=kind)
-    except _UNDECODABLE as error:
+    except UNDECODABLE as error:
         raise MalformedMessage(f"{kind.__name__}: {error}") from error
 
 
@@ -132,7 +131,7 @@ def decode(envelope: Envelope, limits: Limits) -> Message:
     try:
         message = msgspec.msgpack.decode(envelope.body, type=kind, dec_hook=arrays.take)
         arrays.require_all_taken()
-    except (*_UNDECODABLE, ValueError) as error:
+    except (*UNDECODABLE, ValueError) as error:
         raise MalformedMessage(f"{kind.__name__}: {error}") from error
     return message
 

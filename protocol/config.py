@@ -14,6 +14,7 @@ from protocol.camera import DepthNoise
 from protocol.errors import InvalidConfig
 from protocol.frame import Encoding
 from protocol.observation import Lifting
+from protocol.text import UNDECODABLE, NotUtf8, utf8_text
 
 FrameEncoding: TypeAlias = Literal["auto", Encoding]
 Profile: TypeAlias = Literal["thesis", "vantage"]
@@ -295,11 +296,16 @@ def load_config(path: Path) -> RunConfig:
     """Read a run's configuration.
 
     Raises:
-        InvalidConfig: the file is missing, is no TOML, names an unknown field or has a value out of range.
+        InvalidConfig: the file is missing, is not UTF-8, is no TOML, names an unknown field or has a value out of
+            range.
     """
     try:
-        return msgspec.toml.decode(path.read_bytes(), type=RunConfig)
+        return msgspec.toml.decode(utf8_text(path.read_bytes()), type=RunConfig)
     except OSError as error:
         raise InvalidConfig(f"can't read the configuration {path}: {error.strerror}") from error
-    except msgspec.MsgspecError as error:
+    except NotUtf8 as error:
+        raise InvalidConfig(f"{path} {error}") from error
+    except RecursionError as error:
+        raise InvalidConfig(f"{path} is no configuration: it nests its lists or tables too deeply") from error
+    except UNDECODABLE as error:
         raise InvalidConfig(f"{path}: {error}") from error

@@ -1,8 +1,10 @@
 """What a process says with its end, so that whoever started it knows whether to start it again."""
 
+import logging
 from enum import IntEnum
 
 from protocol.errors import CallFailed, MalformedMessage, VantageError
+from protocol.refusal import sentence
 
 _MAY_PASS = (CallFailed, MalformedMessage)
 
@@ -29,3 +31,14 @@ def exit_code_of(error: BaseException) -> ExitCode:
     if isinstance(error, VantageError) and not isinstance(error, _MAY_PASS):
         return ExitCode.HOPELESS
     return ExitCode.FAILED
+
+
+def logged_exit_code_of(error: VantageError | OSError, log: logging.Logger) -> ExitCode:
+    """Log what ended a process, for whoever started it to quote, and return its exit code.
+
+    Where the system refused something the log has the traceback as well; people are told the sentence alone.
+    """
+    refused = isinstance(error, OSError)
+    words = sentence(error) if refused else str(error)
+    log.error("%s", words, extra={"error": type(error).__name__}, exc_info=error if refused else None)
+    return exit_code_of(error)

@@ -44,7 +44,7 @@ class Failpoints:
         _parse(what)
         self._directory.mkdir(parents=True, exist_ok=True)
         aside = self._directory / f".{place}.{os.getpid()}"
-        aside.write_text(what)
+        aside.write_text(what, encoding="utf-8")
         aside.replace(self._directory / place)
 
     def is_pending(self, place: str) -> bool:
@@ -71,7 +71,7 @@ class Failpoints:
         taken = self._directory / f".{place}.taken.{os.getpid()}"
         with contextlib.suppress(FileNotFoundError):
             (self._directory / place).rename(taken)
-            what = taken.read_text()
+            what = taken.read_text(encoding="utf-8")
             taken.unlink()
             _carry_out(_parse(what))
         while self._is_held(place):

@@ -4,6 +4,7 @@ import re
 
 from protocol.errors import CallFailed, Rejected, VantageError, VersionMismatch
 from protocol.messages import Failure
+from protocol.text import readable
 
 _LONGEST_MESSAGE = 2000
 
@@ -19,7 +20,7 @@ def code_of(kind: type[Exception]) -> str:
 
 def failure_of(error: Exception) -> Failure:
     """What a worker answers when a handler raises."""
-    message = str(error)[:_LONGEST_MESSAGE]
+    message = readable(str(error)[:_LONGEST_MESSAGE])
     if isinstance(error, Rejected):
         return Failure(code=error.code, message=message, retryable=error.retryable)
     if isinstance(error, VantageError):

@@ -4,7 +4,8 @@ import logging
 import sys
 from typing import Any, TextIO
 
-import msgspec
+from protocol.streams import in_utf8
+from protocol.text import json_of
 
 _KNOWN = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName"}
 
@@ -28,16 +29,23 @@ class JsonLines(logging.Formatter):
         line |= {name: value for name, value in vars(record).items() if name not in _KNOWN}
         if record.exc_info:
             line["exception"] = self.formatException(record.exc_info)
-        return msgspec.json.encode(line, enc_hook=repr).decode()
+        return json_of(line).decode()
 
 
 def configure(role: str, *, level: int = logging.INFO, stream: TextIO | None = None) -> None:
     """Send this process's logs and warnings to `stream` (stderr) as JSON lines, in place of what was set up before."""
-    handler = logging.StreamHandler(stream or sys.stderr)
-    handler.setFormatter(JsonLines(role))
+    handler = json_lines_to(stream or sys.stderr, role)
     root = logging.getLogger()
     for old in root.handlers[:]:
         root.removeHandler(old)
     root.addHandler(handler)
     root.setLevel(level)
     logging.captureWarnings(capture=True)
+
+
+def json_lines_to(stream: TextIO, role: str) -> logging.Handler:
+    """What writes records to a stream as JSON lines: in UTF-8, as JSON is, whatever people's encoding there."""
+    in_utf8(stream)
+    handler = logging.StreamHandler(stream)
+    handler.setFormatter(JsonLines(role))
+    return handler

@@ -19,8 +19,9 @@ from typing import Any
 import numpy as np
 
 from protocol.arrays import Float32Array, Float64Array
-from protocol.artifact import cache_directory
-from protocol.errors import ArtifactDamaged, ArtifactError, VantageError
+from protocol.artifact import cache_directory, require_place
+from protocol.command import run_command
+from protocol.errors import ArtifactDamaged, ArtifactError
 from protocol.skeleton import Joint
 from render_worker.assets import Assets, Part, Rig, assets_path, load_assets, save_assets
 from render_worker.baking.anny_bodies import AnnyBodies, RestBody, data_directory, working_cache
@@ -38,28 +39,28 @@ logger = logging.getLogger(__name__)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Make the file, unless a whole one is there; 0 when it is there in the end, 2 when it can't be made."""
+    """Make the file, unless a whole one is there; 0 when it is there in the end, else `protocol.command`'s code."""
     parser = argparse.ArgumentParser(prog="python -m render_worker.bake", description=__doc__)
-    parser.add_argument("--output", type=Path, default=assets_path(), help="where to write (default: the user's cache)")
+    parser.add_argument("--output", type=Path, help="where to write (default: the user's cache)")
     either = parser.add_mutually_exclusive_group()
     either.add_argument("--force", action="store_true", help="make it anew even if it is there")
     either.add_argument("--check", action="store_true", help="only look whether it is there and whole")
     options = parser.parse_args(arguments)
-    logging.basicConfig(stream=sys.stderr, level=logging.INFO, format="%(message)s")
     logging.getLogger("anny").setLevel(logging.WARNING)
     # A terminated bake takes its gigabyte of working files with it.
     signal.signal(signal.SIGTERM, _stop)
-    try:
-        if options.check:
-            load_assets(options.output)
-        if options.check or (not options.force and _is_whole(options.output)):
-            logger.info("%s is there and whole", options.output)
-            return 0
-        bake(options.output)
-    except VantageError as error:
-        logger.error("%s", error)
-        return 2
-    return 0
+    return run_command(lambda: _make(options))
+
+
+def _make(options: argparse.Namespace) -> None:
+    output = options.output or assets_path()
+    if options.check:
+        load_assets(output)
+    if options.check or (not options.force and _is_whole(output)):
+        logger.info("%s is there and whole", output)
+        return
+    require_place(output)
+    bake(output)
 
 
 def bake(output: Path) -> None:

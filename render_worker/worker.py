@@ -14,7 +14,7 @@ from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import RunConfig, load_config
 from protocol.enrolment import ADVERTISE_HELP, Enrolment, enrolment_of
 from protocol.errors import VantageError
-from protocol.exit_code import ExitCode, exit_code_of
+from protocol.exit_code import ExitCode, logged_exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.frame import Frame
 from protocol.logs import configure
@@ -58,8 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             name=options.name,
         )
     except (VantageError, OSError) as error:
-        logger.error("%s", error)
-        return exit_code_of(error)
+        return logged_exit_code_of(error, logger)
     return ExitCode.DONE
 
 
@@ -87,7 +86,7 @@ def run(
 
         def start() -> Handlers:
             renderer = held.enter_context(closing(open_renderer(config.render)))
-            _warm_up(renderer)
+            warm_up(renderer)
             return {Render: lambda request: draw(request, renderer), SampleScene: answer_sample}
 
         serve(
@@ -127,7 +126,7 @@ def answer_sample(request: SampleScene) -> Sampled:
     return Sampled(scene=sample_scene(request.seed, request.split, request.bystanders, request.poses))
 
 
-def _warm_up(renderer: Renderer) -> None:
+def warm_up(renderer: Renderer) -> None:
     """Draw once, so that shaders are compiled before the first request waits for them."""
     view = CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0))
     camera = Camera(view, Intrinsics.from_horizontal_fov(64, 48, 70.0))

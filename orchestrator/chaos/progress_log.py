@@ -8,6 +8,7 @@ from msgspec import Struct
 
 from orchestrator.json_lines import Follower
 from protocol.records import Progress
+from protocol.text import UNDECODABLE
 
 LONGEST_GUESS = 1.0
 """Seconds past its last line for which a training is taken to have gone on at its pace; it writes a line a second."""
@@ -35,7 +36,7 @@ class ProgressLog:
         for line in self._follower.new_lines():
             try:
                 self._enter(msgspec.json.decode(line, type=Progress))
-            except msgspec.MsgspecError:
+            except UNDECODABLE:
                 continue
 
     @property

@@ -15,6 +15,7 @@ from orchestrator.run_directory import LOCK_PATIENCE, resolved_toml
 from protocol.artifact import whole_file
 from protocol.config import RenderConfig, RunConfig, SupervisionConfig, TimeoutsConfig, load_config
 from protocol.errors import InvalidInput
+from protocol.text import UNDECODABLE
 
 
 class Views(Protocol):
@@ -98,7 +99,7 @@ class ViewsDirectory(Struct, Generic[ViewsT], frozen=True):
         """
         try:
             return msgspec.json.decode(self.views_path.read_bytes(), type=self.views_type)
-        except (OSError, msgspec.MsgspecError) as error:
+        except (OSError, *UNDECODABLE) as error:
             raise InvalidInput(f"{self.views_path} can't be read: {error}") from error
 
     @contextmanager

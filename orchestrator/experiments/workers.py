@@ -14,10 +14,10 @@ from orchestrator.joining import Join, JoinedHost, dismiss
 from orchestrator.launch import addresses
 from orchestrator.live_display import Display, FrameCount, Snapshot
 from orchestrator.local_workers import local_workers
+from orchestrator.run_log import log_directory
 from orchestrator.session import Session
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervisor import Supervisor
-from protocol.artifact import cache_directory
 from protocol.config import RunConfig
 from protocol.errors import InvalidInput
 from protocol.message import ReplyT, Request
@@ -169,7 +169,7 @@ def _joined(
     with (
         JoinedHost(join, "experiment", timeouts) as host,
         # Of nobody: what is elsewhere, others look after.
-        Fleet(cache_directory() / "logs", stop) as fleet,
+        Fleet(log_directory(), stop) as fleet,
         Supervisor(fleet, config.supervision, timeouts) as supervisor,
         _pool(Role.RENDER, timeouts, security=join.security) as renderers,
         _pool(Role.PERCEPTION, timeouts, security=join.security) as perceivers,

@@ -20,6 +20,7 @@ from protocol.camera import Vector3
 from protocol.errors import ArtifactDamaged, InvalidConfig
 from protocol.observation import Lifting
 from protocol.skeleton import JOINT_COUNT
+from protocol.text import UNDECODABLE
 
 FORMAT = 1
 LARGEST_ERROR = 1.5
@@ -143,5 +144,5 @@ def read_calibration(path: Path) -> Calibration:
 def _decode(encoded: bytes, name: str) -> StoredCalibration:
     try:
         return msgspec.msgpack.decode(encoded, type=StoredCalibration)
-    except msgspec.MsgspecError as error:
+    except UNDECODABLE as error:
         raise ArtifactDamaged(f"{name} is no calibration: {error}") from error

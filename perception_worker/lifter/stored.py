@@ -16,6 +16,7 @@ from perception_worker.network_setting import NetworkSetting
 from protocol.arrays import Float32Array
 from protocol.errors import ArtifactDamaged
 from protocol.skeleton import JOINT_COUNT
+from protocol.text import UNDECODABLE
 
 FORMAT = 1
 
@@ -131,7 +132,7 @@ def decoded(encoded: bytes, name: str) -> StoredLifter:
     """
     try:
         return msgspec.msgpack.decode(encoded, type=StoredLifter)
-    except msgspec.MsgspecError as error:
+    except UNDECODABLE as error:
         raise ArtifactDamaged(f"{name} is no lifter: {error}") from error
 
 

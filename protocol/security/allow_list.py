@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from protocol.errors import InvalidInput, NotPermitted
 from protocol.messages import Role
 from protocol.security.key_pair import KeyName, KeyPair, PublicKey
+from protocol.text import UNDECODABLE
 
 _log = logging.getLogger(__name__)
 
@@ -80,7 +81,7 @@ def read_allow_list(path: Path) -> AllowList:
         return msgspec.json.decode(path.read_bytes(), type=AllowList)
     except OSError as error:
         raise NotPermitted(f"can't read the list of allowed keys {path}: {error.strerror}") from error
-    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+    except UNDECODABLE as error:
         raise NotPermitted(f"{path} is no list of allowed keys: {error}") from error
 
 

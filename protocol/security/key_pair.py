@@ -11,6 +11,7 @@ from msgspec import Meta, Struct
 from protocol.errors import InvalidInput, NotPermitted
 from protocol.messages import Role
 from protocol.security.secret_file import read_secret
+from protocol.text import UNDECODABLE
 
 KeyName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
 PublicKey = Annotated[str, Meta(min_length=40, max_length=40)]
@@ -70,7 +71,7 @@ def read_key(path: Path) -> KeyPair:
         key = msgspec.json.decode(read_secret(path, "key"), type=KeyPair)
     except OSError as error:
         raise NotPermitted(f"can't read the key {path}: {error.strerror}; 'orchestrator keys new' makes one") from error
-    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+    except UNDECODABLE as error:
         raise NotPermitted(f"{path} is no key: {error}; 'orchestrator keys new' makes one") from error
     if not _fits_together(key):
         raise NotPermitted(f"{path} is damaged: its public key is not that of its secret one")

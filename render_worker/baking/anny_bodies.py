@@ -16,6 +16,7 @@ import psutil
 
 from protocol.arrays import Float32Array, Float64Array
 from protocol.errors import Unavailable
+from protocol.home import home_directory
 from protocol.skeleton import Joint
 from render_worker.skinning import blend, bone_transforms, move_points
 
@@ -114,7 +115,8 @@ def working_cache(beside: Path) -> Generator[None]:
 
     A cache that is there already is used and left as it is.
     """
-    if "ANNY_CACHE_DIR" in os.environ or (Path.home() / ".cache" / "anny").is_dir():
+    home = home_directory()
+    if "ANNY_CACHE_DIR" in os.environ or (home is not None and (home / ".cache" / "anny").is_dir()):
         yield
         return
     beside.mkdir(parents=True, exist_ok=True)

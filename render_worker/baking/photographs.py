@@ -42,7 +42,7 @@ def _download(directory: Path) -> Path:
     # One platform for all machines: only the images inside are wanted, and they are the same everywhere.
     choice = ["--only-binary", ":all:", "--platform", "manylinux_2_28_x86_64", "--python-version", "3.11"]
     command = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", *choice, "--dest", str(directory)]
-    done = subprocess.run([*command, REQUIREMENT], capture_output=True, text=True, check=False)
+    done = subprocess.run([*command, REQUIREMENT], capture_output=True, text=True, errors="replace", check=False)
     wheels = list(directory.glob("*.whl"))
     if done.returncode != 0 or len(wheels) != 1:
         reason = done.stderr.strip().splitlines()[-1:] or ["no wheel came"]

@@ -144,9 +144,8 @@ def _compile(context: "Context") -> Programs:
     sources = importlib.resources.files("render_worker.opengl") / "shaders"
 
     def program(name: str) -> Any:
-        return context.program(
-            vertex_shader=(sources / f"{name}.vert").read_text(), fragment_shader=(sources / f"{name}.frag").read_text()
-        )
+        vertex, fragment = ((sources / f"{name}.{kind}").read_text(encoding="utf-8") for kind in ("vert", "frag"))
+        return context.program(vertex_shader=vertex, fragment_shader=fragment)
 
     return Programs(*map(program, Programs._fields))
 

@@ -6,17 +6,10 @@ import pytest
 from packaging.requirements import Requirement
 from rich.console import Console
 
-from orchestrator.doctor import (
-    LEAST_MEMORY,
-    Check,
-    all_needed_passed,
-    check_memory,
-    check_packages,
-    check_python,
-    check_sockets,
-    checks_table,
-    probe,
-)
+from orchestrator.doctor import Check, all_needed_passed, checks_table
+from orchestrator.doctor.machine import LEAST_MEMORY, check_memory, check_python, check_sockets
+from orchestrator.doctor.packages import check_packages
+from orchestrator.doctor.rooms import probe
 
 DECLARED = (
     Requirement("msgspec>=0.18"),

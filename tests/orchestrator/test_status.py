@@ -5,11 +5,14 @@ import psutil
 import pytest
 from rich.console import Console
 
+from orchestrator.errors import Interrupted, ProcessFailed
 from orchestrator.restart import Restart
 from orchestrator.run_directory import Plan, ProcessRecord
-from orchestrator.status import run_status, status_view
+from orchestrator.status import moment, run_status, status_view
+from orchestrator.work_record import noted_work
 from orchestrator.worker_process import WorkerProcess
-from protocol.records import Progress, Summary
+from protocol.messages import Role
+from protocol.records import Evaluation, Interval, PolicyScore, Progress, Summary
 
 
 def record_of(process: WorkerProcess) -> ProcessRecord:
@@ -123,3 +126,81 @@ def test_looking_leaves_no_thread_and_no_file(run, worker, wait_until):
 
 def thread_ids() -> set[int]:
     return {thread.id for thread in psutil.Process().threads()}
+
+
+class TestAfterwards:
+    """Of a run that nobody works on any more."""
+
+    @pytest.fixture(autouse=True)
+    def _left_in_the_middle(self, run):
+        progress = Progress(time=1e9, phase="training", step=404, steps=1600, episodes=3, steps_per_second=10.4)
+        run.progress_path.write_bytes(msgspec.json.encode(progress) + b"\n")
+        run.write_processes([ProcessRecord(name="a", role=Role.AGENT, address=None, pid=1, started=0.0, log="logs/a")])
+
+    def test_one_that_came_to_its_end_says_when_with_what_and_where(self, run):
+        summary = Summary(
+            steps=1600,
+            episodes=16,
+            updates=9,
+            seconds=83.0,
+            steps_per_second=19.0,
+            stages={},
+            late_replies=0,
+            retries=0,
+        )
+        half = Interval(0.5, 0.4, 0.6)
+        score = PolicyScore(
+            policy="sac", episodes=16, total_reward=half, uncertainty=half, success=half, crash=half, length=half
+        )
+        with noted_work(run.work_path, "train", wall_clock=lambda: 1e9):
+            run.weights_path.touch()
+            run.summary_path.write_bytes(msgspec.json.encode(summary))
+            evaluation = Evaluation(first_seed=1, success_threshold=1.6, scores=(score,))
+            run.evaluation_path.write_bytes(msgspec.json.encode(evaluation))
+        with pytest.raises(ProcessFailed), noted_work(run.work_path, "evaluate", wall_clock=lambda: 2e9):
+            raise ProcessFailed("render-0 died")
+        status = run_status(run)
+        assert (status.state, status.ended, status.reason) == ("finished", 1e9, "")
+        text = text_of(status)
+        assert "404" not in text
+        assert "not running" not in text
+        assert f"it has come to its end on {moment(1e9)}" in text
+        assert "trained 1600 steps in 1:23" in text
+        assert "policy 'sac' over 16 flights: return 0.5, uncertainty 0.50, success 50%, crash 50%" in text
+        assert "weights.safetensors, evaluation.json, logs in" in text
+        assert "'orchestrator evaluate" in text
+
+    @pytest.mark.parametrize(
+        ("error", "state"),
+        [(Interrupted("training was stopped on request"), "stopped"), (ProcessFailed("render-0 died"), "failed")],
+    )
+    def test_one_that_did_not_says_how_far_it_came_why_it_ended_and_how_to_go_on(self, run, error, state):
+        with pytest.raises(type(error)), noted_work(run.work_path, "train"):
+            raise error
+        status = run_status(run)
+        assert (status.state, status.reason) == (state, str(error))
+        text = text_of(status)
+        assert str(error) in text
+        assert "it came to step 404 of 1600 in its training" in text
+        assert "go on with it by 'orchestrator resume" in text
+        assert "10.4 steps/s" not in text
+
+    def test_one_whose_orchestrator_was_killed_says_so(self, run):
+        with noted_work(run.work_path, "train"):
+            written = run.work_path.read_bytes()
+        run.work_path.write_bytes(written)
+        status = run_status(run)
+        assert status.state == "killed"
+        assert "its orchestrator was killed" in text_of(status)
+
+    def test_going_on_with_it_is_what_counts(self, run):
+        with pytest.raises(ProcessFailed), noted_work(run.work_path, "train"):
+            raise ProcessFailed("render-0 died")
+        with pytest.raises(Interrupted), noted_work(run.work_path, "resume"):
+            raise Interrupted("stopped on request")
+        assert run_status(run).state == "stopped"
+
+    def test_one_of_a_time_that_no_calendar_has_is_shown_all_the_same(self, run):
+        progress = Progress(time=1e300, phase="training", step=404, steps=1600, episodes=3, steps_per_second=10.4)
+        run.progress_path.write_bytes(msgspec.json.encode(progress) + b"\n")
+        assert "1e+300 s after 1970" in text_of(run_status(run))

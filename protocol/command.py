@@ -1,0 +1,30 @@
+"""A command that a room offers to people: it ends with a sentence and an exit code, whatever ended it."""
+
+import logging
+import sys
+from collections.abc import Callable
+
+from protocol.errors import VantageError
+from protocol.refusal import SYSTEM_ERRORS, sentence
+from protocol.streams import discard, prepared_streams
+
+DONE, REFUSED_BY_SYSTEM, REFUSED = 0, 1, 2
+
+_log = logging.getLogger(__name__)
+
+
+def run_command(work: Callable[[], None]) -> int:
+    """Do what a command is for, with what it logs shown on stderr; returns its exit code."""
+    with prepared_streams():
+        logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+        try:
+            work()
+            sys.stdout.flush()
+        except VantageError as error:
+            _log.error("%s", error)
+            return REFUSED
+        except SYSTEM_ERRORS as error:
+            discard(sys.stdout)
+            _log.error("%s", sentence(error))
+            return REFUSED_BY_SYSTEM
+        return DONE
