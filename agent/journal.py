@@ -12,10 +12,12 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 import msgspec
+from msgspec.structs import replace
 
 from agent.growing_file import FileMark, GrowingFile
 from agent.observer import NOBODY
 from protocol.artifact import whole_file
+from protocol.process_start import own_start
 from protocol.records import Episode, Evaluation, Progress, Summary
 
 if TYPE_CHECKING:
@@ -51,10 +53,14 @@ class Journal:
         self._episodes = GrowingFile(run / EPISODES, _length_of(run / EPISODES) if episodes is None else episodes)
         self._curves: SummaryWriter | None = None
         self._failing = False
+        self._process = own_start()
 
     def progress(self, progress: Progress) -> None:
-        """Add a line on where the training stands; readers see it, and all episodes so far, at once."""
-        _add_line(self._progress, progress)
+        """Add a line on where the training stands; readers see it, and all episodes so far, at once.
+
+        It gets the name of this process: whoever reads it has to know which agent said so.
+        """
+        _add_line(self._progress, replace(progress, process=self._process))
         self._try(self._progress.write)
         self._try(self._episodes.write)
         self._on_progress(progress)

@@ -91,6 +91,7 @@ class Fleet:
                 started=process.started,
                 log=f"{self._logs.name}/{process.log.name}",
                 log_start=process.log_start,
+                started_at=process.started_at,
             )
             for process in self.processes
         )
