@@ -1,7 +1,9 @@
 """A client of several workers that serve the same role."""
 
+import os
 import threading
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from protocol.address import check_address
 from protocol.caller import Caller
@@ -34,7 +36,11 @@ class Pool(Caller):
         super().__init__(
             addresses, role=role, serves=serves, timeouts=timeouts, limits=limits, context=context, security=security
         )
-        self._changing = threading.Lock()
+        # Each process its own, as in `Caller`.
+        self._changing: dict[int, threading.Lock] = {}
+
+    def _arguments(self) -> dict[str, Any]:
+        return {"addresses": self._addresses, **super()._arguments()}
 
     @property
     def addresses(self) -> tuple[str, ...]:
@@ -50,17 +56,23 @@ class Pool(Caller):
         """
         check_address(address)
         self._security.curve_to(address, self._serves, key)
-        with self._changing:
+        dispatcher = self._dispatcher
+        with self._changes():
             if address not in self._addresses:
+                self._announced[address] = key
                 self._addresses = (*self._addresses, address)
-                self._dispatcher.add(lambda: self._connect(address, key))
+                dispatcher.add(lambda: self._connect(address, key))
 
     def remove(self, address: str) -> None:
         """Let a worker go. What it has in hand goes to another at once, and what it still answers is dropped."""
-        with self._changing:
+        dispatcher = self._dispatcher
+        with self._changes():
             if address in self._addresses:
                 self._addresses = tuple(one for one in self._addresses if one != address)
-                self._dispatcher.remove(address)
+                dispatcher.remove(address)
+
+    def _changes(self) -> threading.Lock:
+        return self._changing.setdefault(os.getpid(), threading.Lock())
 
     def wait_ready(self) -> tuple[Welcome, ...]:
         """Wait until all workers have started, `timeouts.startup` in all; errors as `Client.wait_ready`."""
