@@ -2,6 +2,8 @@
 
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from orchestrator.fleet import Fleet
@@ -37,12 +39,22 @@ def local_workers(
     with (
         socket_directory() as sockets,
         serve_registry(Registry(timeouts.liveness), registry_address(sockets), timeouts),
-        Fleet(cache_directory() / "logs", stop) as fleet,
+        _written(config) as config_path,
+        Fleet(cache_directory() / "logs", stop, sockets=sockets) as fleet,
         Supervisor(fleet, config.supervision, timeouts) as supervisor,
     ):
-        config_path = sockets / "config.toml"
-        config_path.write_bytes(resolved_toml(config))
         launches = worker_launches(config, config_path, sockets)
         session = Session(fleet, supervisor, display, stop)
         session.start_workers(launches)
         yield LocalWorkers(launches, session)
+
+
+@contextmanager
+def _written(config: RunConfig) -> Generator[Path]:
+    """A file with the configuration: not beside the sockets, since what is temporary may be removed under us."""
+    cache = cache_directory()
+    cache.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix=".workers-", dir=cache, ignore_cleanup_errors=True) as directory:
+        path = Path(directory) / "config.toml"
+        path.write_bytes(resolved_toml(config))
+        yield path
