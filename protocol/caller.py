@@ -6,7 +6,6 @@ to as a pickle (`spawn`, `forkserver`), connections are made anew with the first
 
 import math
 import os
-import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -26,6 +25,7 @@ from protocol.limits import Limits
 from protocol.message import ReplyT, Request
 from protocol.messages import Drain, Hello, Ping, Pong, Role, State, Welcome
 from protocol.pending import Pending
+from protocol.process_lock import ProcessLock
 from protocol.security import LOCAL_ONLY, Security
 from protocol.sockets import Context, new_context
 from protocol.timeouts import Timeouts
@@ -60,8 +60,7 @@ class Caller:
         self._clock = clock
         self._announced: dict[str, str] = {}
         self._closed = False
-        # Each process its own: the one that is forked while another thread holds a lock would wait for it for ever.
-        self._opening: dict[int, threading.Lock] = {}
+        self._opening = ProcessLock()
         self._opened = self._open(context)
         self._process = os.getpid()
 
@@ -158,7 +157,7 @@ class Caller:
         return self._opened
 
     def _open_anew(self) -> None:
-        with self._opening.setdefault(os.getpid(), threading.Lock()):
+        with self._opening:
             if self._is_inherited:
                 inherited = self._opened
                 self._opened = self._open(None)
