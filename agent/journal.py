@@ -6,6 +6,7 @@ goes on.
 
 import contextlib
 import logging
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
@@ -45,6 +46,7 @@ class Journal:
         episodes: int | None = None,
         flown: int = 0,
         on_progress: Callable[[Progress], None] = NOBODY.progress,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._run = run
         self._on_progress = on_progress
@@ -54,13 +56,14 @@ class Journal:
         self._curves: SummaryWriter | None = None
         self._failing = False
         self._process = own_start()
+        self._clock = clock
 
     def progress(self, progress: Progress) -> None:
         """Add a line on where the training stands; readers see it, and all episodes so far, at once.
 
-        It gets the name of this process: whoever reads it has to know which agent said so.
+        It tells who wrote it, and when by a clock that nobody sets: whoever reads it has to know which agent said so.
         """
-        _add_line(self._progress, replace(progress, process=self._process))
+        _add_line(self._progress, replace(progress, process=self._process, steady=self._clock()))
         self._try(self._progress.write)
         self._try(self._episodes.write)
         self._on_progress(progress)

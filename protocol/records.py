@@ -25,6 +25,7 @@ class Progress(Struct, frozen=True, kw_only=True):
         episode_return, uncertainty: mean over the last 20 finished episodes; none before the first.
         stages: median seconds an environment step spends in each stage, over the last few hundred steps.
         process: when the process was started that wrote this; None in records of before that was written down.
+        steady: seconds of its machine's monotonic clock, for whoever takes times there; None likewise.
     """
 
     time: float
@@ -37,6 +38,7 @@ class Progress(Struct, frozen=True, kw_only=True):
     uncertainty: float | None = None
     stages: dict[Stage, float] = {}
     process: ProcessStart | None = None
+    steady: float | None = None
 
 
 class Episode(Struct, frozen=True, kw_only=True):

@@ -119,8 +119,8 @@ class RehearsedRun:
         )
 
     def now(self) -> float:
-        """Seconds since 1970, by the clock that the agent's progress goes by."""
-        return time.time()
+        """Seconds of the clock that the agent's progress goes by, which nobody sets."""
+        return time.monotonic()
 
     def look(self) -> None:
         """Take in how the run is.

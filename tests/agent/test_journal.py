@@ -21,10 +21,10 @@ def lines(path, kind):
 
 
 def test_what_is_written_can_be_read_while_it_is_written(tmp_path) -> None:
-    with Journal(tmp_path) as journal:
+    with Journal(tmp_path, clock=lambda: 5.0) as journal:
         journal.episode(EPISODE)
         journal.progress(PROGRESS)
-        assert lines(tmp_path / "progress.jsonl", Progress) == [replace(PROGRESS, process=own_start())]
+        assert lines(tmp_path / "progress.jsonl", Progress) == [replace(PROGRESS, process=own_start(), steady=5.0)]
         assert lines(tmp_path / "episodes.jsonl", Episode) == [EPISODE]
         journal.episode(EPISODE)
     assert lines(tmp_path / "episodes.jsonl", Episode) == [EPISODE, EPISODE]
