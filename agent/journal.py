@@ -6,16 +6,19 @@ goes on.
 
 import contextlib
 import logging
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 import msgspec
+from msgspec.structs import replace
 
 from agent.growing_file import FileMark, GrowingFile
 from agent.observer import NOBODY
 from protocol.artifact import whole_file
+from protocol.process_start import own_start
 from protocol.records import Episode, Evaluation, Progress, Summary
 
 if TYPE_CHECKING:
@@ -43,6 +46,7 @@ class Journal:
         episodes: int | None = None,
         flown: int = 0,
         on_progress: Callable[[Progress], None] = NOBODY.progress,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._run = run
         self._on_progress = on_progress
@@ -51,10 +55,15 @@ class Journal:
         self._episodes = GrowingFile(run / EPISODES, _length_of(run / EPISODES) if episodes is None else episodes)
         self._curves: SummaryWriter | None = None
         self._failing = False
+        self._process = own_start()
+        self._clock = clock
 
     def progress(self, progress: Progress) -> None:
-        """Add a line on where the training stands; readers see it, and all episodes so far, at once."""
-        _add_line(self._progress, progress)
+        """Add a line on where the training stands; readers see it, and all episodes so far, at once.
+
+        It tells who wrote it, and when by a clock that nobody sets: whoever reads it has to know which agent said so.
+        """
+        _add_line(self._progress, replace(progress, process=self._process, steady=self._clock()))
         self._try(self._progress.write)
         self._try(self._episodes.write)
         self._on_progress(progress)

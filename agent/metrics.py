@@ -20,15 +20,21 @@ class TrainingMetrics(Collector):
     Args:
         checkpoints: the directory of the run's checkpoints; it need not be there.
         updates: the learner's updates so far; None where nothing is learned.
-        clock: seconds since 1970, as files have them.
+        clock: one that nobody sets.
+        wall_clock: seconds since 1970, as files have them; asked once, for the checkpoint of an earlier process.
     """
 
     def __init__(
-        self, checkpoints: Path, updates: Callable[[], int] | None, clock: Callable[[], float] = time.time
+        self,
+        checkpoints: Path,
+        updates: Callable[[], int] | None,
+        clock: Callable[[], float] = time.monotonic,
+        wall_clock: Callable[[], float] = time.time,
     ) -> None:
-        self._checkpoints = checkpoints
         self._updates = updates
         self._clock = clock
+        age = checkpoint_age(checkpoints, wall_clock())
+        self._written = None if age is None else clock() - age
         self._last: Progress | None = None
         self._steps: dict[Phase, int] = {}
         self._writing = Histogram(
@@ -53,6 +59,7 @@ class TrainingMetrics(Collector):
         begun = time.perf_counter()
         yield
         self._writing.observe(time.perf_counter() - begun)
+        self._written = self._clock()
 
     def collect(self) -> Iterable[Metric]:
         """The metrics as they are now."""
@@ -65,8 +72,8 @@ class TrainingMetrics(Collector):
         if self._last is not None:
             yield from _of_progress(self._last)
         yield from self._writing.collect()
-        age = checkpoint_age(self._checkpoints, self._clock())
-        if age is not None:
+        if self._written is not None:
+            age = self._clock() - self._written
             yield GaugeMetricFamily("vantage_checkpoint_age_seconds", "Seconds since the newest checkpoint", age)
 
 

@@ -34,6 +34,7 @@ from orchestrator.live_display import Display, Snapshot, open_display
 from orchestrator.run_directory import resolved_toml
 from orchestrator.stop_request import StopRequest, stop_on_signals
 from protocol.config import RunConfig, load_config
+from protocol.process_start import process_start
 
 SAMPLE_EVERY = 5.0
 LOADING = 15.0
@@ -83,9 +84,9 @@ class Memory:
     def _take(self, name: str, pid: int) -> None:
         try:
             process = psutil.Process(pid)
-            age = time.time() - process.create_time()
-            if age > LOADING:
-                self.samples.append(Sample(name, self.elapsed, age, process.memory_info().rss))
+            started = process_start(pid)
+            if started is not None and started.age > LOADING:
+                self.samples.append(Sample(name, self.elapsed, started.age, process.memory_info().rss))
         except psutil.NoSuchProcess:
             return
 

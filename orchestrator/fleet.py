@@ -11,6 +11,7 @@ import psutil
 from orchestrator.errors import ProcessFailed
 from orchestrator.launch import PROCESS_ENVIRONMENT, Launch
 from orchestrator.run_directory import ProcessRecord
+from orchestrator.socket_directory import make_private
 from orchestrator.stop_request import StopRequest
 from orchestrator.worker_process import WorkerProcess
 from protocol.messages import Role
@@ -31,6 +32,7 @@ class Fleet:
         logs: directory of the processes' logs.
         stop: a second request to stop ends all patience.
         on_change: told of all processes whenever one was started or adopted.
+        sockets: where they serve, if it is a directory of ours: made again where somebody removed it meanwhile.
     """
 
     def __init__(
@@ -39,11 +41,13 @@ class Fleet:
         stop: StopRequest,
         on_change: Callable[[Sequence[ProcessRecord]], None] = lambda _: None,
         environment: Mapping[str, str] = PROCESS_ENVIRONMENT,
+        sockets: Path | None = None,
     ) -> None:
         self._logs = logs
         self._stop = stop
         self._on_change = on_change
         self._environment = environment
+        self._sockets = sockets
         self._processes: dict[str, WorkerProcess] = {}
 
     def __enter__(self) -> "Fleet":
@@ -69,11 +73,14 @@ class Fleet:
 
         Raises:
             ProcessFailed: the system would not start it, or one of this name runs.
+            RunError: the directory of its socket can't be made.
         """
         earlier = self._processes.get(launch.name)
         if earlier is not None and earlier.is_running:
             raise ProcessFailed(f"{launch.name} runs already, as process {earlier.pid}")
         self._logs.mkdir(parents=True, exist_ok=True)
+        if self._sockets is not None:
+            make_private(self._sockets)
         return self._enter(WorkerProcess.start(launch, self._log(launch), self._environment))
 
     def adopt(self, launch: Launch, found: psutil.Process, log_start: int) -> WorkerProcess:
@@ -91,6 +98,7 @@ class Fleet:
                 started=process.started,
                 log=f"{self._logs.name}/{process.log.name}",
                 log_start=process.log_start,
+                started_at=process.started_at,
             )
             for process in self.processes
         )

@@ -8,12 +8,13 @@ from types import TracebackType
 import psutil
 from msgspec import Struct
 
-from orchestrator.process_handle import has_ended
+from orchestrator.process_handle import creation_time, has_ended
 from orchestrator.run_directory import ProcessRecord
 from protocol.client import Client
 from protocol.errors import CallFailed, ProtocolError
 from protocol.messages import AT_WORK, Drain, Ping, Pong, Role, State, WorkerRecord
 from protocol.pending import Pending
+from protocol.process_start import process_start
 from protocol.timeouts import Timeouts
 
 NOT_RUNNING = "not running"
@@ -22,6 +23,10 @@ RUNNING = "running"
 WAITING = "waiting"
 LONGEST_INTERVAL = 0.2
 """Seconds between two pings, or the run's heartbeat if that is shorter."""
+
+
+_CREATION_VARIES = 2.0
+"""Seconds by which the system tells a process's creation differently, since it rounds the time of its boot."""
 
 
 class Health(Struct, frozen=True, kw_only=True):
@@ -161,7 +166,13 @@ class Heartbeat:
 def is_alive(process: ProcessRecord) -> bool:
     """Whether the very process that was recorded runs, and not a later one of the same number."""
     try:
-        found = psutil.Process(process.pid)
-        return found.create_time() == process.started and not has_ended(found)
+        return _is_its_number(process) and not has_ended(psutil.Process(process.pid))
     except psutil.NoSuchProcess:
         return False
+
+
+def _is_its_number(process: ProcessRecord) -> bool:
+    """Whether the recorded process has its number still, as a zombie at least."""
+    if process.started_at is not None:
+        return process_start(process.pid) == process.started_at
+    return abs(creation_time(process.pid) - process.started) < _CREATION_VARIES

@@ -15,6 +15,7 @@ from msgspec import Struct
 from orchestrator.heartbeat import is_alive
 from orchestrator.launch import Launch
 from orchestrator.run_directory import ProcessRecord
+from protocol.process_start import process_start
 
 _LONGEST_EXEC = 1.0
 """Seconds between a program's start and its command line being there, on the busiest of machines."""
@@ -79,9 +80,10 @@ def _running(known: Collection[int]) -> Iterator[tuple[psutil.Process, tuple[str
 
 def _command_at_last(process: psutil.Process) -> Sequence[str]:
     """The command line of a process that was started this moment: the system shows none until all of it is set up."""
+    started = process_start(process.pid)
     with contextlib.suppress(psutil.Error):
         # A kernel's thread and a zombie have none, and never will.
-        while process.status() != psutil.STATUS_ZOMBIE and time.time() < process.create_time() + _LONGEST_EXEC:
+        while started is not None and started.age < _LONGEST_EXEC and process.status() != psutil.STATUS_ZOMBIE:
             if command := process.cmdline():
                 return command
             time.sleep(0.001)

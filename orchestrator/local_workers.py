@@ -2,6 +2,8 @@
 
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from orchestrator.fleet import Fleet
@@ -34,15 +36,25 @@ def local_workers(
     Raises:
         ProcessFailed, DeadlineExceeded, Interrupted: as for a training.
     """
+    logs = log_directory()
     with (
         socket_directory() as sockets,
         serve_registry(Registry(timeouts.liveness), registry_address(sockets), timeouts),
-        Fleet(log_directory(), stop) as fleet,
+        _written(config, logs) as config_path,
+        Fleet(logs, stop, sockets=sockets) as fleet,
         Supervisor(fleet, config.supervision, timeouts) as supervisor,
     ):
-        config_path = sockets / "config.toml"
-        config_path.write_bytes(resolved_toml(config))
         launches = worker_launches(config, config_path, sockets)
         session = Session(fleet, supervisor, display, stop)
         session.start_workers(launches)
         yield LocalWorkers(launches, session)
+
+
+@contextmanager
+def _written(config: RunConfig, logs: Path) -> Generator[Path]:
+    """A file with the configuration, beside logs: not beside the sockets, which may be removed under us from /tmp."""
+    logs.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix=".workers-", dir=logs, ignore_cleanup_errors=True) as directory:
+        path = Path(directory) / "config.toml"
+        path.write_bytes(resolved_toml(config))
+        yield path

@@ -11,6 +11,8 @@ from typing import Protocol
 
 import psutil
 
+from protocol.process_start import ProcessStart, process_start
+
 POLL = 0.02
 
 
@@ -23,8 +25,13 @@ class ProcessHandle(Protocol):
         ...
 
     @property
+    def started_at(self) -> ProcessStart | None:
+        """When it was started: the same for whoever asks, whatever is done to clocks; None where it ended at once."""
+        ...
+
+    @property
     def started(self) -> float:
-        """Its creation as the system tells it, in seconds since 1970: the same for whoever asks, right to a second."""
+        """Its creation in seconds since 1970 as the clock was set when it was looked at; for people."""
         ...
 
     @property
@@ -66,7 +73,8 @@ class Child:
                 process_group=0,
             )
         self.pid = self._child.pid
-        self.started = _creation_time(self.pid)
+        self.started_at = process_start(self.pid)
+        self.started = creation_time(self.pid)
 
     @property
     def is_running(self) -> bool:
@@ -95,7 +103,8 @@ class Foundling:
     def __init__(self, process: psutil.Process) -> None:
         self._process = process
         self.pid = process.pid
-        self.started = _creation_time(process.pid)
+        self.started_at = process_start(process.pid)
+        self.started = creation_time(process.pid)
         # The system counts from the second in which it was booted.
         self.began = self.started + 1.0
 
@@ -103,8 +112,8 @@ class Foundling:
     def is_running(self) -> bool:
         """See `ProcessHandle`."""
         try:
-            # A process of the same number that came later is not taken for it: psutil compares their creation.
-            return self._process.is_running() and not has_ended(self._process)
+            # A process of the same number that came later is not taken for it.
+            return process_start(self.pid) == self.started_at is not None and not has_ended(self._process)
         except psutil.NoSuchProcess:
             return False
 
@@ -152,7 +161,8 @@ def kill_group(process: ProcessHandle) -> None:
             os.killpg(process.pid, signal.SIGKILL)
 
 
-def _creation_time(pid: int) -> float:
+def creation_time(pid: int) -> float:
+    """When a process was created, in seconds since 1970 as the clock is set now, right to a second; 0 for none."""
     try:
         return psutil.Process(pid).create_time()
     except psutil.NoSuchProcess:

@@ -87,6 +87,7 @@ class AgentPulse:
         self._process = process
         self._registry = registry
         self._progress = progress
+        self._said_before = progress()
         self._heard: float | None = None
 
     def vitals(self, *, waiting: bool, stopped: bool) -> Vitals:
@@ -94,8 +95,7 @@ class AgentPulse:
         process, progress = self._process, self._progress()
         if self._registry is not None:
             self._heard = self._registry.heard(process.name, process.pid) or self._heard
-        # What an earlier agent wrote last says nothing of this one.
-        begun = progress is not None and progress.time >= process.began
+        begun = progress is not None and self._is_its_own(progress)
         return Vitals(
             ready=begun,
             # It registers before it has loaded all of its libraries, in which Python may keep that thread from running.
@@ -106,6 +106,13 @@ class AgentPulse:
             waiting=waiting,
             stopped=stopped,
         )
+
+    def _is_its_own(self, progress: Progress) -> bool:
+        """Whether it was this agent who wrote it: what an earlier one wrote last says nothing of it."""
+        if progress.process is not None:
+            return progress.process == self._process.started_at
+        # An agent of an older version does not say who it is.
+        return progress != self._said_before
 
     def health(self) -> Health:
         """See `Pulse`."""

@@ -24,6 +24,7 @@ from protocol.artifact import require_place, whole_file
 from protocol.config import RunConfig, load_config
 from protocol.errors import InvalidInput
 from protocol.messages import Role
+from protocol.process_start import ProcessStart
 from protocol.records import Evaluation, Progress, Summary
 from protocol.refusal import reason
 from protocol.text import UNDECODABLE, json_of, readable
@@ -40,7 +41,9 @@ class ProcessRecord(Struct, frozen=True, kw_only=True):
 
     Attributes:
         address: where it serves; none for the agent, which serves nothing.
-        started: the process's creation, in seconds since the epoch; tells it from a later process of the same number.
+        started: the process's creation, in seconds since 1970 as the clock was set then; for people.
+        started_at: the same on a clock that nobody sets: tells it from a later process of the same number. Records of
+            before that was written down have `started` alone.
         log: its log, relative to the run directory.
         log_start: the byte there at which its own lines begin.
     """
@@ -52,6 +55,12 @@ class ProcessRecord(Struct, frozen=True, kw_only=True):
     started: float
     log: str
     log_start: int = 0
+    started_at: ProcessStart | None = None
+
+    @property
+    def life(self) -> tuple[int, ProcessStart | float]:
+        """What no other process has in common with it: its number and its start."""
+        return self.pid, self.started if self.started_at is None else self.started_at
 
 
 class Plan(Struct, frozen=True, kw_only=True):

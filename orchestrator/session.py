@@ -42,7 +42,6 @@ class Session:
         log: Path | None = None,
         elsewhere: Elsewhere = NOBODY_ELSEWHERE,
         clock: Callable[[], float] = time.monotonic,
-        wall_clock: Callable[[], float] = time.time,
     ) -> None:
         self._fleet = fleet
         self._supervisor = supervisor
@@ -51,9 +50,8 @@ class Session:
         self._progress = progress
         self._elsewhere = elsewhere
         self._clock = clock
-        self._wall_clock = wall_clock
         self._began = clock()
-        self._activity_began = wall_clock()
+        self._said_before = progress()
         self._shown = -math.inf
         self._warnings = LogWarnings()
         if log is not None:
@@ -102,7 +100,7 @@ class Session:
             ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.look`.
             Interrupted: somebody asked to stop; the agent has written what it had.
         """
-        self._activity_began = self._wall_clock()
+        self._said_before = self._progress()
         if not self._supervisor.cares_for(launch.name):
             self.start(launch, is_done)
         while not self._supervisor.is_over(launch.name):
@@ -145,4 +143,4 @@ class Session:
     def _news(self) -> Progress | None:
         """How far the present activity is; what an earlier one said last is no news."""
         progress = self._progress()
-        return progress if progress is not None and progress.time >= self._activity_began else None
+        return progress if progress != self._said_before else None

@@ -1,12 +1,13 @@
 """Where a run's `ipc://` sockets live."""
 
+import fcntl
 import hashlib
 import os
 import shutil
 import stat
 import tempfile
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from orchestrator.errors import RunError
@@ -21,7 +22,10 @@ PREFIX = "vantage-"
 @contextmanager
 def socket_directory() -> Generator[Path]:
     """A directory that only we may enter, with a path short enough for sockets; gone at the end."""
-    with tempfile.TemporaryDirectory(prefix=PREFIX, dir=_parent(), ignore_cleanup_errors=True) as path:
+    with (
+        tempfile.TemporaryDirectory(prefix=PREFIX, dir=_parent(), ignore_cleanup_errors=True) as path,
+        _spared(Path(path)),
+    ):
         yield Path(path)
 
 
@@ -35,15 +39,25 @@ def run_sockets(run: Path) -> Generator[Path]:
         RunError: it can't be made, or it is not ours alone.
     """
     path = sockets_of(run)
+    make_private(path)
+    try:
+        with _spared(path):
+            yield path
+    finally:
+        shutil.rmtree(path, ignore_errors=True)
+
+
+def make_private(path: Path) -> None:
+    """Have a directory that only we may enter; one that is there stays.
+
+    Raises:
+        RunError: it can't be made, or it is not ours alone.
+    """
     try:
         path.mkdir(mode=0o700, exist_ok=True)
         _require_private(path)
     except OSError as error:
         raise RunError(f"the directory {path} for sockets can't be made: {error.strerror}") from error
-    try:
-        yield path
-    finally:
-        shutil.rmtree(path, ignore_errors=True)
 
 
 def sockets_of(run: Path) -> Path:
@@ -51,6 +65,19 @@ def sockets_of(run: Path) -> Path:
     # Its bytes, which need not be UTF-8.
     name = hashlib.sha256(b"%d:%b" % (os.geteuid(), bytes(run.resolve()))).hexdigest()[:16]
     return _parent() / f"{PREFIX}{name}"
+
+
+@contextmanager
+def _spared(path: Path) -> Generator[None]:
+    """Have cleaners of temporary directories spare one: systemd-tmpfiles passes over what is locked, and all in it."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        # Shared, since another of our orchestrators may hold it as well; a cleaner that holds it now does so briefly.
+        with suppress(OSError):
+            fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def _parent() -> Path:

@@ -103,7 +103,7 @@ class Supervisor:
             return self._begin(ward)
         process = self._fleet.adopt(launch, found.process, found.log_start)
         _log.info("took %s up, as process %d", launch.name, process.pid, extra={"member": launch.name})
-        return self._attend(ward, process, age=self._wall_clock() - process.started)
+        return self._attend(ward, process, age=process.started_at.age if process.started_at else 0.0)
 
     def cares_for(self, name: str) -> bool:
         """Whether a process is in care."""

@@ -220,7 +220,7 @@ def _crew(
         elsewhere = NOBODY_ELSEWHERE if join is None else held.enter_context(JoinedHost(join, run.name, timeouts))
         registry = Registry(timeouts.liveness, beyond=elsewhere.lookup)
         held.enter_context(serve_registry(registry, registry_address(sockets), timeouts, watch.registry))
-        fleet = held.enter_context(Fleet(run.logs, stop, run.write_processes))
+        fleet = held.enter_context(Fleet(run.logs, stop, run.write_processes, sockets=sockets))
         supervisor = held.enter_context(
             Supervisor(
                 fleet,

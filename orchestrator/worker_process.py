@@ -11,6 +11,7 @@ from orchestrator.json_lines import last_lines
 from orchestrator.launch import Launch
 from orchestrator.log_line import ERRORS, parse_log_line
 from orchestrator.process_handle import Child, Foundling, ProcessHandle, is_stopped, kill_group, send_signal
+from protocol.process_start import ProcessStart
 
 LONGEST_QUOTE = 400
 
@@ -61,8 +62,13 @@ class WorkerProcess:
         return self._handle.pid
 
     @property
+    def started_at(self) -> ProcessStart | None:
+        """When it was started, which tells it from a later process of the same number."""
+        return self._handle.started_at
+
+    @property
     def started(self) -> float:
-        """Its creation as the system tells it, in seconds since 1970."""
+        """Its creation in seconds since 1970, as the clock was set when we began with it."""
         return self._handle.started
 
     @property

@@ -1,11 +1,17 @@
-"""What a client of one worker and a pool of several have in common: calls go in, futures come out."""
+"""What a client of one worker and a pool of several have in common: calls go in, futures come out.
+
+Sockets and the thread behind them belong to one process. In a process that is forked from it, or that a client is sent
+to as a pickle (`spawn`, `forkserver`), connections are made anew with the first call there.
+"""
 
 import math
+import os
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from protocol.call import Call
 from protocol.catalogue import reply_type
@@ -13,12 +19,13 @@ from protocol.codec import encode
 from protocol.connection import Connection
 from protocol.deadline import remaining
 from protocol.dispatcher import Dispatcher, Statistics
-from protocol.errors import DeadlineExceeded, InvalidInput
+from protocol.errors import DeadlineExceeded, InvalidInput, NotPermitted
 from protocol.incarnation import new_incarnation
 from protocol.limits import Limits
 from protocol.message import ReplyT, Request
 from protocol.messages import Drain, Hello, Ping, Pong, Role, State, Welcome
 from protocol.pending import Pending
+from protocol.process_lock import ProcessLock
 from protocol.security import LOCAL_ONLY, Security
 from protocol.sockets import Context, new_context
 from protocol.timeouts import Timeouts
@@ -48,20 +55,14 @@ class Caller:
         self._serves = serves
         self._timeouts = timeouts
         self._limits = limits
+        self._role = role
         self._security = security
         self._clock = clock
-        self._hello = Hello(role=role, incarnation=new_incarnation())
-        self._owns_context = context is None
-        self._context: Context = new_context() if context is None else context
-        connections: list[Connection] = []
-        try:
-            connections.extend(self._connect(address) for address in self._addresses)
-        except BaseException:
-            for connection in connections:
-                connection.close()
-            self._release_context()
-            raise
-        self._dispatcher = Dispatcher(connections, name=f"{role}-client", timeouts=timeouts, clock=clock)
+        self._announced: dict[str, str] = {}
+        self._closed = False
+        self._opening = ProcessLock()
+        self._opened = self._open(context)
+        self._process = os.getpid()
 
     @property
     def statistics(self) -> Statistics:
@@ -104,9 +105,26 @@ class Caller:
                 pending.cancel()
 
     def close(self) -> None:
-        """End what is under way with `ClientClosed`, and give sockets and threads back."""
-        self._dispatcher.close()
+        """End what is under way with `ClientClosed`, and give sockets and threads back.
+
+        In a process that was forked with it, only for that process.
+        """
+        self._closed = True
+        if self._is_inherited:
+            self._opened.disown()
+            return
+        self._opened.close()
         self._release_context()
+
+    def __reduce__(self) -> tuple[Callable[[], Self], tuple[()]]:
+        """As it was made: where it is taken out of a pickle, it makes connections of its own.
+
+        Raises:
+            NotPermitted: it speaks under a secret key, which is in no pickle.
+        """
+        if self._security.credentials is not None:
+            raise NotPermitted("a client with a secret key can't be sent to another process; make one there")
+        return partial(type(self), **self._arguments()), ()
 
     def __enter__(self) -> Self:
         return self
@@ -115,6 +133,53 @@ class Caller:
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.close()
+
+    def _arguments(self) -> dict[str, Any]:
+        """What makes another one like it."""
+        return {
+            "role": self._role,
+            "serves": self._serves,
+            "timeouts": self._timeouts,
+            "limits": self._limits,
+            "security": self._security,
+        }
+
+    @property
+    def _is_inherited(self) -> bool:
+        """Whether its connections are those of the process that this one was forked from."""
+        return self._process != os.getpid()
+
+    @property
+    def _dispatcher(self) -> Dispatcher:
+        """The one of this process."""
+        if self._is_inherited and not self._closed:
+            self._open_anew()
+        return self._opened
+
+    def _open_anew(self) -> None:
+        with self._opening:
+            if self._is_inherited:
+                inherited = self._opened
+                self._opened = self._open(None)
+                if inherited.is_watching:
+                    self._opened.watch()
+                inherited.disown()
+                self._process = os.getpid()
+
+    def _open(self, context: Context | None) -> Dispatcher:
+        self._hello = Hello(role=self._role, incarnation=new_incarnation())
+        self._owns_context = context is None
+        self._context: Context = new_context() if context is None else context
+        connections: list[Connection] = []
+        try:
+            announced = self._announced
+            connections.extend(self._connect(address, announced.get(address, "")) for address in self._addresses)
+        except BaseException:
+            for connection in connections:
+                connection.close()
+            self._release_context()
+            raise
+        return Dispatcher(connections, name=f"{self._role}-client", timeouts=self._timeouts, clock=self._clock)
 
     def _connect(self, address: str, announced_key: str = "") -> Connection:
         return Connection(

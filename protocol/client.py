@@ -1,5 +1,7 @@
 """A client of one worker."""
 
+from typing import Any
+
 from protocol.caller import Caller
 from protocol.limits import DEFAULT_LIMITS, Limits
 from protocol.messages import Pong, Role, Welcome
@@ -38,6 +40,9 @@ class Client(Caller):
             [address], role=role, serves=serves, timeouts=timeouts, limits=limits, context=context, security=security
         )
         self.address = address
+
+    def _arguments(self) -> dict[str, Any]:
+        return {"address": self.address, **super()._arguments()}
 
     def wait_ready(self) -> Welcome:
         """Wait until the worker has started.

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from protocol.call import Call
 from protocol.codec import Envelope, decode, decode_header, encode, open_envelope, seal
-from protocol.errors import MalformedMessage, NotPermitted, ProtocolError, VantageError
+from protocol.errors import MalformedMessage, NotPermitted, ProtocolError, Unavailable, VantageError
 from protocol.failure import DRAINING, OVERLOADED
 from protocol.handshake import denial, name_of, objection
 from protocol.header import ReplyHeader, RequestHeader
@@ -47,6 +47,9 @@ _SHORTEST_LIFE = 0.05
 
 _DENIAL_LASTS = 1.0
 """Seconds after which a worker that did not take our key is asked again; ZeroMQ itself never asks twice."""
+
+_LACK_LASTS = 1.0
+"""Seconds after which a process that can open no more files tries to connect again."""
 
 _LONGEST_HEARTBEAT = 10.0
 
@@ -128,6 +131,7 @@ class Connection:
         self._greeting: Reply | ProtocolError | None = None
         self._incarnation = ""
         self._pulse = Pulse(timeouts.heartbeat, timeouts)
+        self._lacks_descriptors = False
         self._due = 0.0
 
     @property
@@ -329,8 +333,17 @@ class Connection:
         self._due = max(self._clock(), self._opened + _SHORTEST_LIFE)
 
     def _open(self) -> None:
-        self._line = Line(self._context, self.address, self._timeouts, self._limits, self._curve)
         self._opened = self._clock()
+        try:
+            self._line = Line(self._context, self.address, self._timeouts, self._limits, self._curve)
+        except Unavailable as error:
+            # Calls end by their deadlines meanwhile.
+            if not self._lacks_descriptors:
+                _log.warning("can't connect to %s again yet: %s", self.name, error)
+            self._lacks_descriptors = True
+            self._due = self._opened + _LACK_LASTS
+            return
+        self._lacks_descriptors = False
         self.phase = Phase.CONNECTING
 
     def _ping(self) -> None:

@@ -95,6 +95,16 @@ class Dispatcher:
         self._thread.join()
         self._mailbox.close()
 
+    def disown(self) -> None:
+        """In a process that was forked: end it here. Its thread and its sockets are the other process's, and go on."""
+        self._over = ClientClosed("the client is closed")
+        self._mailbox.close()
+
+    @property
+    def is_watching(self) -> bool:
+        """Whether workers are pinged also while they hold no calls."""
+        return self._watching
+
     @property
     def statistics(self) -> Statistics:
         """The counts so far."""

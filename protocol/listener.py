@@ -41,6 +41,7 @@ from protocol.messages import (
 from protocol.observer import NOBODY, Observer, refused
 from protocol.priority import go_first
 from protocol.security.guard import Guard
+from protocol.socket_file import SocketFile
 from protocol.sockets import (
     Arrival,
     Socket,
@@ -99,6 +100,7 @@ class Listener:
         self.clock = clock
         self.jobs: Jobs[Job | None] = Jobs()
         self._socket = socket
+        self._file = SocketFile(socket, clock)
         self._welcome = Welcome(
             version=PROTOCOL_VERSION,
             role=role,
@@ -203,7 +205,7 @@ class Listener:
         with self._socket_in_use:
             sockets = (self._socket, *(self._guard.monitors if self._guard else ()))
             descriptors = [self._mailbox.fileno(), *map(descriptor, sockets)]
-            patience = 0 if any(map(has_input, sockets)) else None
+            patience = 0 if any(map(has_input, sockets)) else self._file.patience_ms
         woken = wait_for_input(descriptors, patience)
         with self._socket_in_use:
             if self._mailbox.fileno() in woken:
@@ -211,6 +213,7 @@ class Listener:
                 self._empty_mailbox()
             if self._guard is not None:
                 self._guard.look()
+            self._file.keep()
             for arrival in arrivals(self._socket, self._limits, keyed=self._guard is not None):
                 self._take(arrival)
             self._end_if_drained()

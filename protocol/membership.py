@@ -16,6 +16,7 @@ from protocol.client import Client
 from protocol.errors import AddressUnavailable, NotPermitted, VantageError
 from protocol.messages import Lookup, Register, Registered, Role, WorkerRecord
 from protocol.pool import Pool
+from protocol.process_lock import ProcessLock
 from protocol.security import LOCAL_ONLY, Security
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 
@@ -109,7 +110,7 @@ class Membership:
         self._table: dict[Role, tuple[WorkerRecord, ...]] = {}
         self._wanted: set[Role] = set()
         self._followings: list[_Following] = []
-        self._lock = threading.Lock()
+        self._lock = ProcessLock()
         self._woken = threading.Event()
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name="membership", daemon=True)

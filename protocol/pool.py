@@ -1,13 +1,14 @@
 """A client of several workers that serve the same role."""
 
-import threading
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from protocol.address import check_address
 from protocol.caller import Caller
 from protocol.diagnosis import Standing
 from protocol.limits import DEFAULT_LIMITS, Limits
 from protocol.messages import Ping, Pong, Role, Welcome
+from protocol.process_lock import ProcessLock
 from protocol.security import LOCAL_ONLY, Security
 from protocol.sockets import Context
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
@@ -34,7 +35,10 @@ class Pool(Caller):
         super().__init__(
             addresses, role=role, serves=serves, timeouts=timeouts, limits=limits, context=context, security=security
         )
-        self._changing = threading.Lock()
+        self._changing = ProcessLock()
+
+    def _arguments(self) -> dict[str, Any]:
+        return {"addresses": self._addresses, **super()._arguments()}
 
     @property
     def addresses(self) -> tuple[str, ...]:
@@ -50,17 +54,20 @@ class Pool(Caller):
         """
         check_address(address)
         self._security.curve_to(address, self._serves, key)
+        dispatcher = self._dispatcher
         with self._changing:
             if address not in self._addresses:
+                self._announced[address] = key
                 self._addresses = (*self._addresses, address)
-                self._dispatcher.add(lambda: self._connect(address, key))
+                dispatcher.add(lambda: self._connect(address, key))
 
     def remove(self, address: str) -> None:
         """Let a worker go. What it has in hand goes to another at once, and what it still answers is dropped."""
+        dispatcher = self._dispatcher
         with self._changing:
             if address in self._addresses:
                 self._addresses = tuple(one for one in self._addresses if one != address)
-                self._dispatcher.remove(address)
+                dispatcher.remove(address)
 
     def wait_ready(self) -> tuple[Welcome, ...]:
         """Wait until all workers have started, `timeouts.startup` in all; errors as `Client.wait_ready`."""

@@ -7,6 +7,8 @@ from typing import Literal, TypeAlias
 
 from msgspec import Struct
 
+from protocol.process_start import ProcessStart
+
 Outcome: TypeAlias = Literal["flying", "truncated", "too_close", "out_of_workspace"]
 Phase: TypeAlias = Literal["prefill", "training", "evaluation", "done"]
 Stage: TypeAlias = Literal["render", "infer", "decode", "lift", "qoe", "filter", "transport", "learn"]
@@ -16,11 +18,14 @@ class Progress(Struct, frozen=True, kw_only=True):
     """Where a training stands.
 
     Attributes:
+        time: seconds since 1970, for people.
         phase: what the agent is doing.
         step, steps: environment steps done and to do in this phase.
         steps_per_second: over the last few seconds.
         episode_return, uncertainty: mean over the last 20 finished episodes; none before the first.
         stages: median seconds an environment step spends in each stage, over the last few hundred steps.
+        process: when the process was started that wrote this; None in records of before that was written down.
+        steady: seconds of its machine's monotonic clock, for whoever takes times there; None likewise.
     """
 
     time: float
@@ -32,6 +37,8 @@ class Progress(Struct, frozen=True, kw_only=True):
     episode_return: float | None = None
     uncertainty: float | None = None
     stages: dict[Stage, float] = {}
+    process: ProcessStart | None = None
+    steady: float | None = None
 
 
 class Episode(Struct, frozen=True, kw_only=True):

@@ -13,6 +13,7 @@ import zmq
 
 from protocol.address import check_address, clear_stale_socket, ipc_path
 from protocol.array_part import Part
+from protocol.descriptors import require_descriptors
 from protocol.errors import AddressUnavailable
 from protocol.limits import KIB, Limits
 from protocol.priority import going_first
@@ -54,7 +55,12 @@ def open_context(given: Context | None) -> Generator[Context]:
 
 
 def new_context() -> Context:
-    """A context whose own threads go first."""
+    """A context whose own threads go first.
+
+    Raises:
+        Unavailable: the process can open no more files.
+    """
+    require_descriptors()
     context: Context = zmq.Context()
     # They start with its first socket, and take after the thread that opens that.
     with going_first():
@@ -73,8 +79,10 @@ def connect_dealer(
 
     Raises:
         AddressUnavailable: `address` is no address.
+        Unavailable: the process can open no more files.
     """
     check_address(address)
+    require_descriptors()
     dealer = _open(context, zmq.DEALER, address, timeouts, limits)
     # With IMMEDIATE the last replies of a worker that ends would be thrown away with its connection.
     dealer.set(zmq.IMMEDIATE, 0)
@@ -103,8 +111,10 @@ def bind_router(
 
     Raises:
         AddressUnavailable: the address is in use, can't be bound on this machine, or is none.
+        Unavailable: the process can open no more files.
     """
     check_address(address)
+    require_descriptors()
     clear_stale_socket(address)
     router = _open(context, zmq.ROUTER, address, timeouts, limits)
     router.set(zmq.ROUTER_MANDATORY, 1)

@@ -10,6 +10,7 @@ import psutil
 from orchestrator.heartbeat import is_alive
 from orchestrator.run_directory import ProcessRecord, RunDirectory
 from protocol.messages import Role
+from protocol.process_start import ProcessStart
 
 MARK = "VANTAGE_REHEARSAL"
 """A variable in the environment of every process of a rehearsal, by which all of them are found in the end."""
@@ -20,7 +21,7 @@ class Crew:
 
     def __init__(self, run: RunDirectory) -> None:
         self._run = run
-        self._seen: dict[str, set[tuple[int, float]]] = {}
+        self._seen: dict[str, set[tuple[int, ProcessStart | float]]] = {}
 
     def alive(self, role: Role | None = None) -> tuple[ProcessRecord, ...]:
         """Those that run now, of one role or of all."""
@@ -34,7 +35,7 @@ class Crew:
     def _read(self) -> tuple[ProcessRecord, ...]:
         records = self._run.processes()
         for record in records:
-            self._seen.setdefault(record.name, set()).add((record.pid, record.started))
+            self._seen.setdefault(record.name, set()).add(record.life)
         return records
 
 

@@ -15,7 +15,7 @@ LONGEST_GUESS = 1.0
 
 
 class Mark(Struct, frozen=True):
-    """So many steps had been flown at that time (seconds since 1970)."""
+    """So many steps had been flown at that time, in seconds of the machine's monotonic clock."""
 
     time: float
     step: int
@@ -72,5 +72,5 @@ class ProgressLog:
             self._prefill = max(self._prefill, progress.step)
         flown = progress.step if progress.phase == "prefill" else self._prefill + progress.step
         self.last = progress
-        self.marks.append(Mark(progress.time, flown))
+        self.marks.append(Mark(progress.time if progress.steady is None else progress.steady, flown))
         self._paces.append(progress.steps_per_second)

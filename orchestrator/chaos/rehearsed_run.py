@@ -10,13 +10,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
 
-import psutil
-
 from orchestrator.chaos.crew import MARK, Crew, end, marked
 from orchestrator.chaos.errors import NotRecovered, RehearsalFailed, RunEnded
 from orchestrator.chaos.progress_log import ProgressLog
 from orchestrator.json_lines import last_lines
 from orchestrator.launch import module_command
+from orchestrator.process_handle import creation_time
 from orchestrator.run_directory import ProcessRecord, RunDirectory
 from orchestrator.socket_directory import sockets_of
 from orchestrator.stop_request import StopRequest
@@ -24,6 +23,7 @@ from orchestrator.worker_process import ending
 from protocol.config import TimeoutsConfig
 from protocol.failpoint import VARIABLE, Failpoints
 from protocol.messages import Role
+from protocol.process_start import process_start
 
 LOOK_EVERY = 0.05
 PATIENCE = 300.0
@@ -113,13 +113,14 @@ class RehearsedRun:
             role=Role.ORCHESTRATOR,
             address=f"ipc://{sockets_of(self.directory.path)}/orchestrator",
             pid=pid,
-            started=psutil.Process(pid).create_time(),
+            started=creation_time(pid),
             log=self._log.name,
+            started_at=process_start(pid),
         )
 
     def now(self) -> float:
-        """Seconds since 1970, by the clock that the agent's progress goes by."""
-        return time.time()
+        """Seconds of the clock that the agent's progress goes by, which nobody sets."""
+        return time.monotonic()
 
     def look(self) -> None:
         """Take in how the run is.
@@ -177,7 +178,7 @@ class RehearsedRun:
     def successor(self, process: ProcessRecord) -> ProcessRecord | None:
         """Who runs under the process's name in its place."""
         same_name = (other for other in self.crew.alive() if other.name == process.name)
-        return next((other for other in same_name if _identity(other) != _identity(process)), None)
+        return next((other for other in same_name if other.life != process.life), None)
 
     def stop_in_order(self) -> None:
         """Have the orchestrator stop the run as Ctrl-C would."""
@@ -226,7 +227,3 @@ class RehearsedRun:
 
 def _beside(path: Path, suffix: str) -> Path:
     return path.with_name(path.name + suffix)
-
-
-def _identity(process: ProcessRecord) -> tuple[int, float]:
-    return process.pid, process.started

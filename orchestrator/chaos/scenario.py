@@ -21,7 +21,7 @@ class Scenario(ABC):
 
     @abstractmethod
     def fault(self, run: RehearsedRun) -> float:
-        """Do it, and return when it was done, in seconds since 1970.
+        """Do it, and return when it was done, by `RehearsedRun.now`.
 
         Raises:
             RunEnded: the run was over before it could happen.

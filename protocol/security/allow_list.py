@@ -2,7 +2,6 @@
 
 import logging
 import os
-import threading
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +11,7 @@ from msgspec.structs import replace
 
 from protocol.errors import InvalidInput, NotPermitted
 from protocol.messages import Role
+from protocol.process_lock import ProcessLock
 from protocol.security.key_pair import KeyName, KeyPair, PublicKey
 from protocol.text import UNDECODABLE
 
@@ -105,7 +105,7 @@ class AllowListFile:
     def __init__(self, path: Path) -> None:
         """Read it for the first time; errors as `read_allow_list`."""
         self._path = path
-        self._lock = threading.Lock()
+        self._lock = ProcessLock()
         self._stamp = _stamp(path)
         self._current = read_allow_list(path)
 

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import psutil
 
 from protocol.arrays import Float32Array, Float64Array
 from protocol.errors import Unavailable
 from protocol.home import home_directory
+from protocol.process_start import process_start
 from protocol.skeleton import Joint
 from render_worker.skinning import blend, bone_transforms, move_points
 
@@ -121,7 +121,7 @@ def working_cache(beside: Path) -> Generator[None]:
         return
     beside.mkdir(parents=True, exist_ok=True)
     _remove_orphans(beside)
-    with tempfile.TemporaryDirectory(prefix=f".anny-{os.getpid()}-", dir=beside) as directory:
+    with tempfile.TemporaryDirectory(prefix=f"{_mark(os.getpid())}-", dir=beside) as directory:
         os.environ["ANNY_CACHE_DIR"] = os.environ["WARP_CACHE_PATH"] = directory
         try:
             yield
@@ -133,5 +133,12 @@ def _remove_orphans(beside: Path) -> None:
     """Remove what bakes have left that were killed, and not what another one is at."""
     for directory in beside.glob(".anny-*"):
         process = directory.name.split("-")[1]
-        if process.isdigit() and not psutil.pid_exists(int(process)):
+        # By its start as well: most numbers are soon those of other processes.
+        if process.isdigit() and not directory.name.startswith(f"{_mark(int(process))}-"):
             shutil.rmtree(directory, ignore_errors=True)
+
+
+def _mark(process: int) -> str:
+    """How the directory of a bake's process is called: nobody else's is called that, then or later."""
+    started = process_start(process)
+    return f".anny-{process}-{'gone' if started is None else started.ticks}"

@@ -1,8 +1,10 @@
 import msgspec
 import pytest
+from msgspec.structs import replace
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from agent.journal import Journal, write_record
+from protocol.process_start import own_start
 from protocol.records import Episode, Progress, Summary
 
 EPISODE = Episode(
@@ -19,10 +21,10 @@ def lines(path, kind):
 
 
 def test_what_is_written_can_be_read_while_it_is_written(tmp_path) -> None:
-    with Journal(tmp_path) as journal:
+    with Journal(tmp_path, clock=lambda: 5.0) as journal:
         journal.episode(EPISODE)
         journal.progress(PROGRESS)
-        assert lines(tmp_path / "progress.jsonl", Progress) == [PROGRESS]
+        assert lines(tmp_path / "progress.jsonl", Progress) == [replace(PROGRESS, process=own_start(), steady=5.0)]
         assert lines(tmp_path / "episodes.jsonl", Episode) == [EPISODE]
         journal.episode(EPISODE)
     assert lines(tmp_path / "episodes.jsonl", Episode) == [EPISODE, EPISODE]

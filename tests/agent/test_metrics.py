@@ -64,6 +64,22 @@ def test_only_checkpoints_that_were_written_are_timed(metrics, value) -> None:
     assert value("vantage_checkpoint_duration_seconds_count") == 1
 
 
+def test_a_checkpoints_age_grows_with_the_clock_that_nobody_sets(tmp_path: Path) -> None:
+    checkpoints, steady = tmp_path / "checkpoints", [50.0]
+    (checkpoints / "step-000000010").mkdir(parents=True)
+    os.utime(checkpoints / "step-000000010", (700, 700))
+    metrics = TrainingMetrics(checkpoints, None, clock=lambda: steady[0], wall_clock=lambda: 1000.0)
+    registry = CollectorRegistry()
+    registry.register(metrics)
+    assert registry.get_sample_value("vantage_checkpoint_age_seconds") == 300.0
+    steady[0] += 60.0
+    assert registry.get_sample_value("vantage_checkpoint_age_seconds") == 360.0
+    with metrics.checkpoint():
+        pass
+    steady[0] += 5.0
+    assert registry.get_sample_value("vantage_checkpoint_age_seconds") == 5.0
+
+
 def test_the_newest_checkpoint_gives_the_age_and_what_is_aside_none(tmp_path: Path) -> None:
     assert checkpoint_age(tmp_path / "none", 1000.0) is None
     for name, written in (("step-000000010", 400), ("step-000000020", 700), (".step-000000030.x", 900)):

@@ -78,16 +78,23 @@ class Command:
         self.children: list[subprocess.Popen[str]] = []
 
     def start(
-        self, *arguments: str, rooms: tuple[str, ...] | None = (), module: str = "orchestrator"
+        self,
+        *arguments: str,
+        rooms: tuple[str, ...] | None = (),
+        module: str = "orchestrator",
+        before: tuple[str, ...] = (),
     ) -> subprocess.Popen[str]:
-        """`rooms` are misbehaving stand-ins, the well-behaved ones fill in for the rest; with None, the real ones."""
+        """`rooms` are misbehaving stand-ins, the well-behaved ones fill in for the rest; with None, the real ones.
+
+        `before` is another command, which is given this one to run.
+        """
         environment = os.environ | {"TMPDIR": str(self.temporary), "COLUMNS": "200"}
         if rooms is not None:
             stand_ins = [str(ROOMS / room) for room in (*rooms, "well_behaved")]
             environment["PYTHONPATH"] = os.pathsep.join([*stand_ins, *filter(None, [os.environ.get("PYTHONPATH")])])
             environment["VANTAGE_CACHE"] = str(self.folder / "cache")
         child = subprocess.Popen(
-            [sys.executable, "-m", module, *arguments],
+            [*before, sys.executable, "-m", module, *arguments],
             cwd=self.folder,
             env=environment,
             stdout=subprocess.PIPE,

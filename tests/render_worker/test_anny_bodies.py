@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from protocol.process_start import own_start
 from render_worker.baking.anny_bodies import working_cache
 
 
@@ -34,12 +35,17 @@ def test_it_is_gone_after_a_failure_too(empty_home):
 def test_what_a_killed_bake_left_is_removed_and_what_another_uses_is_kept(empty_home):
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    orphan, used = empty_home / f".anny-{gone.pid}-abc", empty_home / f".anny-{os.getpid()}-abc"
-    orphan.mkdir(parents=True)
-    used.mkdir()
+    us = own_start()
+    assert us is not None
+    used = empty_home / f".anny-{os.getpid()}-{us.ticks}-abc"
+    earlier_of_our_number = empty_home / f".anny-{os.getpid()}-{us.ticks - 1}-abc"
+    orphan = empty_home / f".anny-{gone.pid}-7-abc"
+    for directory in (used, earlier_of_our_number, orphan):
+        directory.mkdir(parents=True)
     with working_cache(empty_home):
-        assert not orphan.exists()
         assert used.exists()
+        assert not orphan.exists()
+        assert not earlier_of_our_number.exists()
 
 
 def test_a_cache_that_is_there_is_used(empty_home, tmp_path):

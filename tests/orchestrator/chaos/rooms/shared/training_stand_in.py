@@ -105,6 +105,7 @@ class Training:
 
     def _tell(self, phase: str) -> None:
         record = {"time": time.time(), "phase": phase, "step": self.flown, "steps": self._steps, "episodes": 0}
+        record["steady"] = time.monotonic()
         progress = msgspec.convert(record | {"steps_per_second": PACE}, Progress)
         with (self._run / "progress.jsonl").open("ab") as file:
             file.write(msgspec.json.encode(progress) + b"\n")

@@ -18,6 +18,7 @@ from protocol.incarnation import new_incarnation
 from protocol.logs import configure
 from protocol.membership import Membership
 from protocol.messages import Role, SampleScene, State, WorkerRecord
+from protocol.process_start import own_start
 from protocol.records import Evaluation, Interval, PolicyScore, Progress, Summary
 
 STEP_SECONDS = 0.01
@@ -74,7 +75,13 @@ def train(run: Path, config: RunConfig, render: Pool, flight: Flight) -> None:
             step += 1
             checkpoint(run, step)
             record = Progress(
-                time=time.time(), phase="training", step=step, steps=steps, episodes=step, steps_per_second=100.0
+                time=time.time(),
+                phase="training",
+                step=step,
+                steps=steps,
+                episodes=step,
+                steps_per_second=100.0,
+                process=own_start(),
             )
             progress.write(msgspec.json.encode(record) + b"\n")
     (run / "weights.safetensors").write_bytes(b"")
@@ -97,7 +104,13 @@ def fly(run: Path, steps: int) -> None:
         for step in range(steps):
             time.sleep(STEP_SECONDS)
             record = Progress(
-                time=time.time(), phase="evaluation", step=step, steps=steps, episodes=0, steps_per_second=100.0
+                time=time.time(),
+                phase="evaluation",
+                step=step,
+                steps=steps,
+                episodes=0,
+                steps_per_second=100.0,
+                process=own_start(),
             )
             progress.write(msgspec.json.encode(record) + b"\n")
 

@@ -1,0 +1,28 @@
+"""A lock that a fork does not leave held for ever."""
+
+import os
+import threading
+from types import TracebackType
+
+
+class ProcessLock:
+    """A lock for the threads of a process, of which each process has its own.
+
+    A process may be forked while another thread holds a lock. That thread is not there in the child, where an ordinary
+    lock would never be free again.
+    """
+
+    def __init__(self) -> None:
+        self._locks = {os.getpid(): threading.Lock()}
+
+    def __enter__(self) -> None:
+        self._own.acquire()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._own.release()
+
+    @property
+    def _own(self) -> threading.Lock:
+        return self._locks.setdefault(os.getpid(), threading.Lock())
