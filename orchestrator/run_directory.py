@@ -3,8 +3,6 @@
 The orchestrator makes the directory whole or not at all and never overwrites one; the agent writes its records into it.
 """
 
-import shutil
-import tempfile
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
@@ -20,7 +18,7 @@ from orchestrator.errors import NoSuchRun, RunBusy, RunError, RunExists
 from orchestrator.json_lines import all_records, append_record, last_record
 from orchestrator.restart import Restart
 from orchestrator.versions import Versions
-from protocol.artifact import whole_file
+from protocol.artifact import whole_directory, whole_file
 from protocol.config import RunConfig, load_config
 from protocol.errors import InvalidInput
 from protocol.messages import Role
@@ -82,7 +80,7 @@ class RunDirectory(Struct, frozen=True):
             raise RunExists(f"{path} exists already, and a run is never overwritten; {_instead_of_making(path)}")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            with _directory_aside(path) as aside:
+            with whole_directory(path) as aside:
                 (aside / "config.toml").write_bytes(resolved_toml(config))
                 (aside / "versions.json").write_bytes(versions.to_json())
                 (aside / "plan.json").write_bytes(msgspec.json.encode(plan) + b"\n")
@@ -258,20 +256,6 @@ def _written(path: Path) -> float:
         return path.stat().st_mtime
     except OSError:
         return 0.0
-
-
-@contextmanager
-def _directory_aside(path: Path) -> Generator[Path]:
-    """A directory beside `path` to fill; it gets that name when all is in it."""
-    aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
-    try:
-        yield aside
-        aside.chmod(0o755)
-        # A rename replaces an empty directory at most and fails on any other: nothing is ever lost.
-        aside.rename(path)
-    except BaseException:
-        shutil.rmtree(aside, ignore_errors=True)
-        raise
 
 
 def _read(path: Path, record: type[RecordT]) -> RecordT | None:
