@@ -5,6 +5,8 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from agent.connections import Connections, Workers
 from agent.evaluation import evaluate
 from agent.journal import Journal, write_record
@@ -17,6 +19,7 @@ from agent.stopping import StopRequest, stop_on_signals
 from agent.telemetry import agent_telemetry
 from agent.vector_hover import VectorHover
 from agent.weights import FILE_NAME, load_weights
+from protocol.artifact import checksum_if_there
 from protocol.config import RunConfig, load_config
 from protocol.errors import CallFailed, InvalidInput
 from protocol.failpoint import Failpoint, no_failpoint
@@ -83,6 +86,7 @@ def evaluate_run(
         ArtifactMissing, ArtifactDamaged: there are no weights, or they don't fit the configuration.
     """
     config = load_config(run / "config.toml")
+    weights = checksum_if_there(run / FILE_NAME)
     policies = _policies(run, config, names or (config.learner.algorithm, *config.evaluation.baselines))
     flights = config.evaluation.episodes if episodes is None else episodes
     steps = len(policies) * flights * config.environment.episode_steps
@@ -104,6 +108,7 @@ def evaluate_run(
                 raise
             _log.info("stopped on request, before the evaluation was whole")
             return None
+        evaluation = replace(evaluation, weights=weights, by=connections.incarnation)
         write_record(run / "evaluation.json", evaluation)
     return evaluation
 

@@ -18,7 +18,7 @@ from orchestrator.errors import NoSuchRun, RunBusy, RunError, RunExists
 from orchestrator.json_lines import all_records, append_record, last_record
 from orchestrator.restart import Restart
 from orchestrator.versions import Versions
-from protocol.artifact import whole_directory, whole_file
+from protocol.artifact import checksum_if_there, whole_directory, whole_file
 from protocol.config import RunConfig, load_config
 from protocol.errors import InvalidInput
 from protocol.messages import Role
@@ -199,10 +199,24 @@ class RunDirectory(Struct, frozen=True):
         """Whether all that was planned is done."""
         return self.is_trained() and (self.is_evaluated() or not self.plan().evaluate)
 
-    def is_evaluated(self, since: float = 0.0) -> bool:
-        """Whether there is an evaluation of what was last trained, written after `since` (seconds since 1970)."""
-        written = _written(self.evaluation_path)
-        return self.evaluation() is not None and written >= max(since, _written(self.summary_path))
+    def is_evaluated(self) -> bool:
+        """Whether there is an evaluation, of however many flights, of what was last trained."""
+        evaluation = self.evaluation()
+        if evaluation is None:
+            return False
+        if evaluation.by is None:
+            return self._ended_with_an_evaluation()
+        return evaluation.weights == checksum_if_there(self.weights_path)
+
+    def is_evaluated_since(self, before: Evaluation | None) -> bool:
+        """Whether another process than that of `before` has written an evaluation."""
+        evaluation = self.evaluation()
+        return evaluation is not None and (before is None or evaluation.by != before.by)
+
+    def _ended_with_an_evaluation(self) -> bool:
+        """What a run of before evaluations said of what they are tells by the order of what its agents said."""
+        progress = self.progress()
+        return progress is None or progress.phase == "evaluation"
 
     def processes(self) -> tuple[ProcessRecord, ...]:
         """The processes that were last started on this run."""
@@ -248,14 +262,6 @@ def _instead_of_making(path: Path) -> str:
     if RunDirectory(path).config_path.is_file():
         return f"go on with it by 'orchestrator resume {path}', or choose another with --run"
     return "choose another with --run"
-
-
-def _written(path: Path) -> float:
-    """When a file was last written, in seconds since 1970; 0 where there is none."""
-    try:
-        return path.stat().st_mtime
-    except OSError:
-        return 0.0
 
 
 def _read(path: Path, record: type[RecordT]) -> RecordT | None:

@@ -122,7 +122,9 @@ def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopR
     with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
         workers, training = _workers_and_training(run, sockets, None)
         evaluation = evaluation_launch(run.path, workers, sockets, what)
-        cast = Cast(workers, (training, evaluation), (Job(evaluation, "evaluation", run.is_evaluated),))
+        before = run.evaluation()
+        job = Job(evaluation, "evaluation", lambda: run.is_evaluated_since(before))
+        cast = Cast(workers, (training, evaluation), (job,))
         left_behind = _left_behind(run, cast)
         if any(found.launch.name == TRAINING for found in left_behind.in_the_way):
             resumption = f"'orchestrator resume {run.path}'"
@@ -136,7 +138,7 @@ def _cast_to_finish(run: RunDirectory, sockets: Path, join: Join | None) -> Cast
     evaluation = evaluation_launch(run.path, workers, sockets, Evaluate(), join.options if join else ())
     jobs: list[Job] = []
     if not run.is_trained():
-        jobs.append(Job(training, "training", lambda _: run.is_trained()))
+        jobs.append(Job(training, "training", run.is_trained))
     if run.plan().evaluate and not (run.is_trained() and run.is_evaluated()):
         jobs.append(Job(evaluation, "evaluation", run.is_evaluated))
     return Cast(workers, (training, evaluation), tuple(jobs), join)

@@ -89,6 +89,11 @@ def sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+def checksum_if_there(path: Path) -> str | None:
+    """The file's checksum; None where there is no file."""
+    return sha256(path) if path.is_file() else None
+
+
 def require_artifact(path: Path, *, made_by: str, checksum: str | None = None) -> Path:
     """Return `path` if it is there and, where a checksum is given, is what it should be.
 

@@ -11,14 +11,15 @@ from hypothesis import strategies as st
 from orchestrator.errors import NoSuchRun, RunBusy, RunError, RunExists
 from orchestrator.restart import Restart
 from orchestrator.run_directory import Plan, ProcessRecord, RunDirectory, default_run_path, newest_run, resolved_toml
+from protocol.artifact import sha256
 from protocol.config import EvaluationConfig, PerceptionConfig, RunConfig, TrainingConfig
 from protocol.errors import InvalidConfig
 from protocol.messages import Role
-from protocol.records import Evaluation, Progress, Summary
+from protocol.records import Evaluation, Phase, Progress, Summary
 
 
-def progress(step: int) -> bytes:
-    record = Progress(time=0.0, phase="training", step=step, steps=10, episodes=0, steps_per_second=1.0)
+def progress(step: int, phase: Phase = "training") -> bytes:
+    record = Progress(time=0.0, phase=phase, step=step, steps=10, episodes=0, steps_per_second=1.0)
     return msgspec.json.encode(record)
 
 
@@ -152,16 +153,35 @@ def test_a_training_is_over_only_when_all_its_steps_are_flown(run):
     assert run.is_trained()
 
 
-def test_an_evaluation_counts_only_for_what_was_trained_before_it(run):
-    run.evaluation_path.write_bytes(msgspec.json.encode(Evaluation(first_seed=1, success_threshold=1.6, scores=())))
-    os.utime(run.evaluation_path, (100.0, 100.0))
-    run.summary_path.write_bytes(summary(complete=True))
-    os.utime(run.summary_path, (50.0, 50.0))
-    assert run.is_evaluated()
-    assert run.is_evaluated(since=99.0)
-    assert not run.is_evaluated(since=101.0)
-    os.utime(run.summary_path, (150.0, 150.0))
+def evaluation(**what: str) -> bytes:
+    return msgspec.json.encode(Evaluation(first_seed=1, success_threshold=1.6, scores=(), **what))
+
+
+def test_an_evaluation_counts_for_the_weights_that_it_flew_whenever_files_were_written(run):
+    run.weights_path.write_bytes(b"weights")
+    run.evaluation_path.write_bytes(evaluation(weights=sha256(run.weights_path), by="an agent"))
+    for written in (0.0, 4e9):
+        os.utime(run.evaluation_path, (written, written))
+        assert run.is_evaluated()
+    run.weights_path.write_bytes(b"weights that were trained for longer")
     assert not run.is_evaluated()
+
+
+@pytest.mark.parametrize(("phase", "counts"), [("evaluation", True), ("done", False), ("training", False)])
+def test_an_evaluation_that_names_no_weights_counts_if_an_agent_flew_one_last(run, phase, counts):
+    run.evaluation_path.write_bytes(evaluation())
+    run.progress_path.write_bytes(progress(1, phase) + b"\n")
+    assert run.is_evaluated() == counts
+
+
+def test_an_evaluation_that_was_there_before_is_not_taken_for_a_new_one(run):
+    assert not run.is_evaluated_since(None)
+    run.evaluation_path.write_bytes(evaluation(by="an agent"))
+    before = run.evaluation()
+    assert run.is_evaluated_since(None)
+    assert not run.is_evaluated_since(before)
+    run.evaluation_path.write_bytes(evaluation(by="another"))
+    assert run.is_evaluated_since(before)
 
 
 def test_a_run_is_finished_when_all_that_was_planned_is_done(tmp_path, versions):

@@ -11,6 +11,7 @@ from types import FrameType
 import msgspec
 
 from protocol import Pool, Timeouts
+from protocol.artifact import checksum_if_there
 from protocol.config import RunConfig, load_config
 from protocol.errors import CallFailed, VantageError
 from protocol.exit_code import exit_code_of
@@ -118,7 +119,13 @@ def evaluate(run: Path, config: RunConfig, names: list[str] | None, flights: int
         )
         for policy in policies
     )
-    evaluation = Evaluation(first_seed=config.evaluation.first_seed, success_threshold=1.6, scores=scores)
+    evaluation = Evaluation(
+        first_seed=config.evaluation.first_seed,
+        success_threshold=1.6,
+        scores=scores,
+        weights=checksum_if_there(run / "weights.safetensors"),
+        by=INCARNATION,
+    )
     (run / "evaluation.json").write_bytes(msgspec.json.encode(evaluation))
 
 
