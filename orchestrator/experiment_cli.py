@@ -22,7 +22,8 @@ from orchestrator.options import (
 )
 from orchestrator.versions import collect_versions
 from protocol.camera import DepthNoise
-from protocol.config import RunConfig, load_config
+from protocol.config import RunConfig
+from protocol.config_file import load_config, require_recorded_files, with_checksums
 from protocol.errors import InvalidInput, VantageError
 from protocol.scene import Split
 
@@ -98,10 +99,11 @@ def qoe(
         frames_a_part=frames_a_part,
         poses=poses,
     )
-    settings = with_workers(load_config(config) if config else RunConfig(), workers or os.cpu_count() or 1)
+    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
+    told = with_checksums(load_config(config) if config else RunConfig(), required=host is None)
+    settings = with_workers(told, workers or os.cpu_count() or 1)
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
     parts = experiment.table_parts(directory, views)
-    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
     _complete(directory, parts, settings, host, lambda crew: experiment.observe_views(parts, views, settings, crew))
     _print_results(directory, json)
 
@@ -128,6 +130,7 @@ def flights(
     from orchestrator.experiments.workers import with_workers
 
     found = ExperimentDirectory.open(directory)
+    require_recorded_files(found.config())
     views, settings = found.views(), with_workers(found.config(), workers or os.cpu_count() or 1)
     flight_set = flying.FlightSet(scenes=scenes, steps=steps, depth_noises=views.depth_noises)
     found.require_same(found.flight_set_path, flight_set)

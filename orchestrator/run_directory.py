@@ -3,7 +3,7 @@
 The orchestrator makes the directory whole or not at all and never overwrites one; the agent writes its records into it.
 """
 
-from collections.abc import Generator, Sequence
+from collections.abc import Collection, Generator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
@@ -19,12 +19,15 @@ from orchestrator.json_lines import all_records, append_record, last_record
 from orchestrator.restart import Restart
 from orchestrator.versions import Versions
 from protocol.artifact import checksum_if_there, whole_directory, whole_file
-from protocol.config import RunConfig, load_config
-from protocol.errors import InvalidInput
+from protocol.config import RunConfig
+from protocol.config_file import load_resolved_config, plain, require_recorded_files, resolved, same_for
+from protocol.errors import DamagedRecord, InvalidInput
 from protocol.messages import Role
 from protocol.records import Evaluation, Progress, Summary
+from protocol.whole_record import decode_whole, read_whole
 
 RUNS = Path("runs")
+_TIME = "%Y%m%d-%H%M%S"
 LOCK_PATIENCE = 0.5
 """Seconds; whoever only looks whether a run is busy holds its lock for less."""
 
@@ -107,9 +110,11 @@ class RunDirectory(Struct, frozen=True):
 
         Raises:
             InvalidInput: it was made with another.
+            Others: as `require_as_it_was`.
         """
         run = cls.open(path)
-        if run.config() != config:
+        run.require_as_it_was()
+        if same_for(run.config()) != same_for(config):
             raise InvalidInput(
                 f"{path} was made with another configuration, and a run is never changed: go on with it as it is by "
                 f"'orchestrator resume {path}', or choose another with --run"
@@ -172,7 +177,18 @@ class RunDirectory(Struct, frozen=True):
         Raises:
             InvalidConfig: the file was damaged.
         """
-        return load_config(self.config_path)
+        return load_resolved_config(self.config_path)
+
+    def require_as_it_was(self) -> None:
+        """Make sure that all that the run was told is there, and that its files are those that it was made with.
+
+        Raises:
+            InvalidConfig, DamagedRecord: what it was told was damaged.
+            OtherArtifact: a file that its configuration names is another one now, or is gone.
+        """
+        self.plan()
+        self.versions()
+        require_recorded_files(self.config())
 
     def progress(self) -> Progress | None:
         """How far the agent is; None before its first word."""
@@ -184,11 +200,19 @@ class RunDirectory(Struct, frozen=True):
 
     def evaluation(self) -> Evaluation | None:
         """The last evaluation; None before the first."""
-        return _read(self.evaluation_path, Evaluation)
+        return _read(self.evaluation_path, Evaluation, may_lack=("weights", "by"))
 
     def plan(self) -> Plan:
-        """What is to be done here."""
-        return _read(self.path / "plan.json", Plan) or DEFAULT_PLAN
+        """What is to be done here.
+
+        Raises:
+            DamagedRecord: the file is gone, can't be read, or lacks a field.
+        """
+        return read_whole(self.path / "plan.json", Plan)
+
+    def versions(self) -> Versions:
+        """What the run was made with; errors as `plan`."""
+        return read_whole(self.path / "versions.json", Versions, may_lack=("made",))
 
     def is_trained(self) -> bool:
         """Whether the training has come to its end."""
@@ -264,29 +288,27 @@ def _instead_of_making(path: Path) -> str:
     return "choose another with --run"
 
 
-def _read(path: Path, record: type[RecordT]) -> RecordT | None:
+def _read(path: Path, record: type[RecordT], *, may_lack: Collection[str] = ()) -> RecordT | None:
+    """A record that is whole; of one that was damaged nothing is taken for granted."""
     try:
-        return msgspec.json.decode(path.read_bytes(), type=record)
+        return decode_whole(path.read_bytes(), record, may_lack=may_lack)
     except (OSError, msgspec.MsgspecError):
         return None
 
 
 def resolved_toml(config: RunConfig) -> bytes:
-    """The configuration with every field written out; what is None is left away, as TOML has no null."""
-    return tomli_w.dumps(_without_none(msgspec.to_builtins(config))).encode()
+    """The configuration as a file, resolved: with every setting, and marked."""
+    return tomli_w.dumps(resolved(config)).encode()
 
 
-def _without_none(table: dict[str, object]) -> dict[str, object]:
-    return {
-        key: _without_none(value) if isinstance(value, dict) else value
-        for key, value in table.items()
-        if value is not None
-    }
+def plain_toml(config: RunConfig) -> bytes:
+    """The same for a table's metadata: neither marked nor with the names of files' settings beside them."""
+    return tomli_w.dumps(plain(config)).encode()
 
 
 def default_run_path(config_path: Path, now: datetime) -> Path:
     """`runs/<configuration's name>-<date>-<time>`."""
-    return RUNS / f"{config_path.stem}-{now:%Y%m%d-%H%M%S}"
+    return RUNS / f"{config_path.stem}-{now:{_TIME}}"
 
 
 def newest_run(runs: Path = RUNS) -> RunDirectory:
@@ -295,7 +317,16 @@ def newest_run(runs: Path = RUNS) -> RunDirectory:
     Raises:
         NoSuchRun: there is none.
     """
-    made = sorted(runs.glob("*/config.toml"), key=lambda config: config.stat().st_mtime)
+    made = [RunDirectory(config.parent) for config in sorted(runs.glob("*/config.toml"))]
     if not made:
         raise NoSuchRun(f"there is no run in {runs} yet; start one with 'orchestrator train CONFIG'")
-    return RunDirectory(made[-1].parent)
+    return max(made, key=_made)
+
+
+def _made(run: RunDirectory) -> tuple[float, str]:
+    """When a run was made, as it says itself: before that was written down, its name's end alone does."""
+    try:
+        made = run.versions().made
+    except DamagedRecord:
+        made = 0.0
+    return made, run.path.name[-len(f"{datetime.min:{_TIME}}") :]

@@ -17,11 +17,19 @@ import platformdirs
 
 from protocol.errors import ArtifactDamaged, ArtifactMissing
 
+BODIES_VERSION = 1
+"""Of the file that bodies are baked into; a new one has a new place."""
+
 
 def cache_directory() -> Path:
     """Where artifacts are kept."""
     moved = os.environ.get("VANTAGE_CACHE")
     return Path(moved) if moved else platformdirs.user_cache_path("vantage")
+
+
+def bodies_path() -> Path:
+    """Where the baked bodies are, unless a configuration names another place."""
+    return cache_directory() / f"bodies-v{BODIES_VERSION}.npz"
 
 
 @contextmanager

@@ -19,7 +19,7 @@ from orchestrator.chaos.untouched import Untouched, untouched_run
 from orchestrator.live_display import Display, Snapshot
 from orchestrator.run_directory import resolved_toml
 from orchestrator.stop_request import StopRequest
-from protocol.config import load_config
+from protocol.config_file import load_config
 
 
 class Order(Struct, frozen=True, kw_only=True):

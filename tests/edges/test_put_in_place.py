@@ -3,6 +3,7 @@
 import ast
 import os
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
@@ -93,14 +94,18 @@ def test_what_is_put_in_place_was_synced_and_so_was_its_name(tmp_path, synced, w
     assert [path for path in everything if path.stat().st_ino not in synced] == []
 
 
+def fail_in(placing: AbstractContextManager[Path], write: Callable[[Path], object]) -> None:
+    with placing as aside:
+        write(aside)
+        raise ZeroDivisionError
+
+
 def test_what_fails_on_its_way_leaves_what_was_there_and_nothing_aside(tmp_path):
     (tmp_path / "file").write_text("before")
-    with pytest.raises(ZeroDivisionError), whole_file(tmp_path / "file") as aside:
-        aside.write_text("half")
-        raise ZeroDivisionError
-    with pytest.raises(ZeroDivisionError), whole_directory(tmp_path / "directory") as aside:
-        (aside / "one").write_text("half")
-        raise ZeroDivisionError
+    with pytest.raises(ZeroDivisionError):
+        fail_in(whole_file(tmp_path / "file"), lambda aside: aside.write_text("half"))
+    with pytest.raises(ZeroDivisionError):
+        fail_in(whole_directory(tmp_path / "directory"), lambda aside: (aside / "one").write_text("half"))
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("file", "before")]
 
 

@@ -9,7 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 from orchestrator.cli import app
-from protocol.config import RunConfig, load_config
+from protocol.config import RunConfig
+from protocol.config_file import load_config
 from protocol.messages import Role
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry

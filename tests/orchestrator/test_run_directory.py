@@ -7,6 +7,7 @@ import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from orchestrator.errors import NoSuchRun, RunBusy, RunError, RunExists
 from orchestrator.restart import Restart
@@ -31,7 +32,10 @@ def test_a_new_run_has_its_configuration_its_versions_and_a_place_for_logs(run):
 @given(
     seed=st.integers(0, 2**31 - 1),
     steps=st.integers(1, 10**6),
-    network=st.none() | st.text(st.characters(codec="utf-8", exclude_categories=("Cs", "Cc")), min_size=1),
+    network=st.none()
+    | st.text(st.characters(codec="utf-8", exclude_categories=("Cs", "Cc")), min_size=1).map(
+        lambda name: f"/models/{name}"
+    ),
     baselines=st.sets(st.sampled_from(["stay", "random", "circle", "front"])),
 )
 def test_a_resolved_configuration_reads_back_as_it_was(tmp_path_factory, seed, steps, network, baselines):
@@ -76,18 +80,22 @@ def test_a_directory_without_a_configuration_is_no_run(tmp_path):
 
 
 def test_a_damaged_configuration_of_a_run_is_named(run):
-    run.config_path.write_text("[training]\nstepps = 3\n")
-    with pytest.raises(InvalidConfig, match="stepps"):
+    run.config_path.write_text(run.config_path.read_text().replace("prefill_noise", "prefill_nois"))
+    with pytest.raises(InvalidConfig, match=r"config\.toml is damaged: it lacks training\.prefill_noise"):
         run.config()
 
 
-def test_the_newest_run_is_the_one_that_was_made_last(tmp_path, versions):
-    for name in ("b", "a"):
-        RunDirectory.create(tmp_path / name, RunConfig(), versions)
-    older, newer = tmp_path / "b", tmp_path / "a"
-    later = (older / "config.toml").stat().st_mtime + 10
-    os.utime(newer / "config.toml", (later, later))
-    assert newest_run(tmp_path).path == newer
+def test_the_newest_run_is_the_one_that_was_made_last_whenever_its_files_were_written(tmp_path, versions):
+    for name, made in (("b", 20.0), ("a", 30.0), ("c", 0.0)):
+        RunDirectory.create(tmp_path / name, RunConfig(), replace(versions, made=made))
+        os.utime(tmp_path / name / "config.toml", (100.0 - made, 100.0 - made))
+    assert newest_run(tmp_path).path == tmp_path / "a"
+
+
+def test_of_runs_that_do_not_say_when_they_were_made_the_last_by_name_is_taken(tmp_path, versions):
+    for name in ("full-20261121-080000", "full-20261122-080000", "full-20261120-080000"):
+        RunDirectory.create(tmp_path / name, RunConfig(), replace(versions, made=0.0))
+    assert newest_run(tmp_path).name == "full-20261122-080000"
 
 
 def test_without_runs_there_is_no_newest_one(tmp_path):

@@ -12,7 +12,8 @@ import msgspec
 
 from protocol import Pool, Timeouts
 from protocol.artifact import checksum_if_there
-from protocol.config import RunConfig, load_config
+from protocol.config import RunConfig
+from protocol.config_file import load_config
 from protocol.errors import CallFailed, VantageError
 from protocol.exit_code import exit_code_of
 from protocol.incarnation import new_incarnation
