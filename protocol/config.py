@@ -28,6 +28,10 @@ CountOrNone: TypeAlias = Annotated[int, Meta(ge=0)]
 Checksum: TypeAlias = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
 
 
+NETWORK_FILE = NamedFile("the network", words=r"\w+")
+"""A word is the name of a network; a path has an ending or a folder."""
+
+
 class _Section(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Root of every section: a field that nobody knows is an error, not a surprise."""
 
@@ -122,7 +126,7 @@ class PerceptionConfig(_Section, frozen=True):
     """
 
     workers: Count = 1
-    network: Annotated[str, NamedFile("the network", words=r"\w+")] | None = None
+    network: Annotated[str, NETWORK_FILE] | None = None
     layout: Layout = "auto"
     pixels: Literal["auto", Pixels] = "auto"
     backend: Literal["auto", "openvino", "onnxruntime"] = "auto"

@@ -11,7 +11,7 @@ from types import FrameType
 import msgspec
 
 from protocol import Pool, Timeouts
-from protocol.artifact import checksum_if_there
+from protocol.artifact import checksum_if_there, whole_file
 from protocol.config import RunConfig
 from protocol.config_file import load_config
 from protocol.errors import CallFailed, VantageError
@@ -91,7 +91,8 @@ def train(run: Path, config: RunConfig, render: Pool, flight: Flight) -> None:
         retries=0,
         complete=step >= steps,
     )
-    (run / "summary.json").write_bytes(msgspec.json.encode(summary))
+    with whole_file(run / "summary.json") as aside:
+        aside.write_bytes(msgspec.json.encode(summary))
 
 
 def fly(run: Path, steps: int) -> None:
@@ -127,7 +128,8 @@ def evaluate(run: Path, config: RunConfig, names: list[str] | None, flights: int
         weights=checksum_if_there(run / "weights.safetensors"),
         by=INCARNATION,
     )
-    (run / "evaluation.json").write_bytes(msgspec.json.encode(evaluation))
+    with whole_file(run / "evaluation.json") as aside:
+        aside.write_bytes(msgspec.json.encode(evaluation))
 
 
 def parsed_options() -> argparse.Namespace:
