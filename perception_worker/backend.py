@@ -165,8 +165,8 @@ def _network_file(config: PerceptionConfig) -> Path:
     known = ", ".join(KNOWN)
     if not NETWORK_FILE.is_path(config.network):
         raise InvalidConfig(
-            f"perception.network: there is no network {config.network}; known are {known}, and a file is named with its "
-            f"ending or its folder, as in ./{config.network}"
+            f"perception.network: there is no network {config.network}; known are {known}, and a file is named with "
+            f"its ending or its folder, as in ./{config.network}"
         )
     file = Path(config.network)
     if not file.is_file():
