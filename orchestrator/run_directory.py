@@ -14,6 +14,7 @@ import tomli_w
 from msgspec import Struct
 
 from orchestrator.directory_lock import directory_lock
+from orchestrator.ending import Ending
 from orchestrator.errors import NoSuchRun, RunBusy, RunError, RunExists
 from orchestrator.json_lines import all_records, append_record, last_record
 from orchestrator.restart import Restart
@@ -162,6 +163,11 @@ class RunDirectory(Struct, frozen=True):
         return self.path / "evaluation.json"
 
     @property
+    def ending_path(self) -> Path:
+        """How the work on it ended last; not there while an orchestrator works on it."""
+        return self.path / "ending.json"
+
+    @property
     def logs(self) -> Path:
         """One file of JSON lines for each process."""
         return self.path / "logs"
@@ -186,9 +192,13 @@ class RunDirectory(Struct, frozen=True):
             InvalidConfig, DamagedRecord: what it was told was damaged.
             OtherArtifact: a file that its configuration names is another one now, or is gone.
         """
+        require_recorded_files(self.told())
+
+    def told(self) -> RunConfig:
+        """What the run was told, once all of that is found to be there; errors as `require_as_it_was`."""
         self.plan()
         self.versions()
-        require_recorded_files(self.config())
+        return self.config()
 
     def progress(self) -> Progress | None:
         """How far the agent is; None before its first word."""
@@ -201,6 +211,19 @@ class RunDirectory(Struct, frozen=True):
     def evaluation(self) -> Evaluation | None:
         """The last evaluation; None before the first."""
         return _read(self.evaluation_path, Evaluation, may_lack=("weights", "by"))
+
+    def ending(self) -> Ending | None:
+        """How the work on it ended; None while it goes on, and after an orchestrator that was killed."""
+        return _read(self.ending_path, Ending)
+
+    def begin(self) -> None:
+        """Note that the work on it goes on."""
+        self.ending_path.unlink(missing_ok=True)
+
+    def end(self, ending: Ending) -> None:
+        """Note how it ended."""
+        with whole_file(self.ending_path) as aside:
+            aside.write_bytes(msgspec.json.encode(ending) + b"\n")
 
     def plan(self) -> Plan:
         """What is to be done here.

@@ -7,13 +7,14 @@ from the processes and files that it left. Where it joins a host, the agent is t
 import logging
 import time
 from collections.abc import Generator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 
 from msgspec import Struct
 
 from orchestrator.elsewhere import NOBODY_ELSEWHERE
-from orchestrator.errors import RunBusy
+from orchestrator.ending import Ending, Outcome
+from orchestrator.errors import Interrupted, RunBusy
 from orchestrator.fleet import AGENT_PATIENCE, WORKER_PATIENCE, Fleet, end_processes
 from orchestrator.joining import Join, JoinedHost, dismiss
 from orchestrator.launch import (
@@ -92,7 +93,7 @@ def train(run: RunDirectory, *, watch: Watch, stop: StopRequest, join: Join | No
         cast = _cast_to_finish(run, sockets, join)
         # Who serves at our sockets now was started on another run of this path, and has loaded what that was told.
         left_behind = LeftBehind((), (*cast.workers, *cast.agents), ())
-        with _telling_how_to_go_on(run, join):
+        with _noting_its_end(run, join):
             _perform(run, sockets, cast, left_behind, watch, stop)
         _dismiss(run, join, watch.display, stop)
 
@@ -106,7 +107,8 @@ def resume(run: RunDirectory, *, watch: Watch, stop: StopRequest, join: Join | N
     """
     with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
         cast = _cast_to_finish(run, sockets, join)
-        with _telling_how_to_go_on(run, join):
+        # A run that is done is left as it is, to the byte.
+        with _noting_its_end(run, join) if cast.jobs else nullcontext():
             _perform(run, sockets, cast, _left_behind(run, cast), watch, stop)
         # Also where nothing was left to do: whoever did it may have been killed before it could say so.
         _dismiss(run, join, watch.display, stop)
@@ -156,13 +158,28 @@ def _left_behind(run: RunDirectory, cast: Cast) -> LeftBehind:
 
 
 @contextmanager
-def _telling_how_to_go_on(run: RunDirectory, join: Join | None) -> Generator[None]:
+def _noting_its_end(run: RunDirectory, join: Join | None) -> Generator[None]:
+    """Work on a run, whose end is written down and, where it came before all was done, told with how to go on."""
+    run.begin()
     try:
         yield
     except VantageError as error:
+        _note(run, "stopped" if isinstance(error, Interrupted) else "failed", str(error))
         joining = f" --join {join.address}" if join else ""
         error.add_note(f"go on with the run by 'orchestrator resume {run.path}{joining}'")
         raise
+    except Exception as error:
+        _note(run, "failed", str(error) or type(error).__name__)
+        raise
+    _note(run, "finished")
+
+
+def _note(run: RunDirectory, outcome: Outcome, reason: str | None = None) -> None:
+    try:
+        run.end(Ending(time=time.time(), outcome=outcome, reason=reason))
+    except OSError as error:
+        # A full disk may be the very reason; what is known without this file is told.
+        _log.warning("how the run ended can't be written down: %s", error)
 
 
 def _perform(

@@ -118,6 +118,28 @@ def test_an_evaluation_asked_for_again_is_flown_again_and_says_who_did_it(finish
     assert after.by != before.by
 
 
+def test_a_finished_run_says_that_it_is_and_a_copy_says_the_same(finished):
+    copied_file_by_file(finished.run.path, finished.command.folder / "copy", times=4e9)
+    for path in ("one", "copy"):
+        status = finished.call("status", path, "--json")
+        assert (status["state"], status["is_finished"], status["reason"]) == ("finished", True, None)
+        said = finished.command.run("status", path)
+        assert said.returncode == 0
+        assert "trained 3 steps" in said.stdout
+        assert "evaluation 3/" not in said.stdout
+
+
+def test_a_run_that_cant_go_on_says_why_and_how_it_would(finished):
+    finished.run.summary_path.unlink()
+    finished.command.run("resume", "one", rooms=("render_crashes_at_start",))
+    status = finished.call("status", "one", "--json")
+    assert status["state"] == "failed"
+    assert "render-0 ended" in status["reason"]
+    assert "orchestrator resume one" in finished.command.run("status", "one").stdout
+    finished.call("resume", "one", "--json")
+    assert finished.call("status", "one", "--json")["state"] == "finished"
+
+
 @pytest.mark.parametrize("command", [("resume", "one"), ("evaluate", "one")], ids=lambda command: command[0])
 def test_nothing_goes_on_with_another_network(finished, command):
     finished.network.write_bytes(b"another network")

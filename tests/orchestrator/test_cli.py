@@ -82,7 +82,7 @@ def test_train_makes_a_run_trains_and_prints_its_report_as_json(orchestrator, co
     assert "random" in table.stdout
 
     status = orchestrator.run("status", "--json")
-    assert (json.loads(status.stdout)["state"], json.loads(status.stdout)["phase"]) == ("not running", "evaluation")
+    assert (json.loads(status.stdout)["state"], json.loads(status.stdout)["phase"]) == ("finished", "evaluation")
 
 
 @pytest.mark.slow

@@ -5,11 +5,13 @@ import psutil
 import pytest
 from rich.console import Console
 
+from orchestrator.ending import Ending
 from orchestrator.restart import Restart
-from orchestrator.run_directory import Plan, ProcessRecord
+from orchestrator.run_directory import ProcessRecord
 from orchestrator.status import run_status, status_view
 from orchestrator.worker_process import WorkerProcess
-from protocol.records import Progress, Summary
+from protocol.artifact import sha256
+from protocol.records import Evaluation, Interval, PolicyScore, Progress, Summary
 
 
 def record_of(process: WorkerProcess) -> ProcessRecord:
@@ -52,7 +54,7 @@ def test_a_run_that_goes_on_tells_its_phase_and_its_workers_own_words(run, worke
     assert "render-0" in text
 
 
-def test_a_dead_run_is_not_running_and_keeps_its_last_word(run, worker):
+def test_a_run_whose_processes_were_killed_is_broken_off_and_keeps_its_last_word(run, worker):
     run.progress_path.write_bytes(
         msgspec.json.encode(Progress(time=1.0, phase="done", step=9, steps=9, episodes=2, steps_per_second=2.5)) + b"\n"
     )
@@ -61,9 +63,9 @@ def test_a_dead_run_is_not_running_and_keeps_its_last_word(run, worker):
     worker.kill()
     assert worker.wait(30.0)
     status = run_status(run)
-    assert (status.state, status.phase, status.workers[0].state) == ("not running", "done", "not running")
+    assert (status.state, status.phase, status.workers[0].state) == ("broken off", "done", "not running")
     assert status.has_weights
-    assert "not running" in text_of(status).splitlines()[0]
+    assert "broken off" in text_of(status).splitlines()[0]
 
 
 @pytest.mark.slow
@@ -84,30 +86,92 @@ def test_restarts_are_counted_and_replacements_are_not(run, worker):
     assert (status.restarts, status.workers[0].restarts) == ({"render-0": 2}, 2)
 
 
-def test_a_run_that_was_stopped_is_to_be_resumed_and_a_finished_one_is_not(run):
-    def status_after(*, complete: bool) -> str:
-        summary = Summary(
-            steps=1,
-            episodes=1,
-            updates=1,
-            seconds=1.0,
-            steps_per_second=1.0,
-            stages={},
-            late_replies=0,
-            retries=0,
-            complete=complete,
-        )
-        run.summary_path.write_bytes(msgspec.json.encode(summary))
-        return text_of(run_status(run))
+SUMMARY = Summary(
+    steps=1600,
+    episodes=40,
+    updates=1,
+    seconds=192.0,
+    steps_per_second=8.3,
+    stages={},
+    late_replies=0,
+    retries=0,
+)
 
-    (run.path / "plan.json").write_bytes(msgspec.json.encode(Plan(evaluate=False)))
-    assert "it has not come to its end" in status_after(complete=False)
-    assert "it has not come to its end" not in status_after(complete=True)
+
+@pytest.fixture
+def finished(run, worker):
+    """A run that was trained and evaluated, its processes ended, and the last progress said in mid-evaluation."""
+    run.weights_path.write_bytes(b"weights")
+    run.summary_path.write_bytes(msgspec.json.encode(SUMMARY))
+    figure = Interval(0.5, 0.25, 0.75)
+    score = PolicyScore(
+        policy="sac",
+        episodes=5,
+        total_reward=figure,
+        uncertainty=figure,
+        success=figure,
+        crash=figure,
+        length=figure,
+    )
+    evaluation = Evaluation(
+        first_seed=1, success_threshold=1.6, scores=(score,), weights=sha256(run.weights_path), by="an agent"
+    )
+    run.evaluation_path.write_bytes(msgspec.json.encode(evaluation))
+    said = Progress(time=7.0, phase="evaluation", step=1404, steps=1600, episodes=0, steps_per_second=10.4)
+    run.progress_path.write_bytes(msgspec.json.encode(said) + b"\n")
+    run.write_processes([record_of(worker)])
+    worker.kill()
+    assert worker.wait(30.0)
+    return run
+
+
+def test_a_finished_run_tells_what_it_came_to_and_no_progress_as_if_it_were_now(finished):
+    finished.end(Ending(time=1e9, outcome="finished"))
+    status = run_status(finished)
+    assert (status.state, status.ended, status.is_finished) == ("finished", 1e9, True)
+    text = text_of(status)
+    assert "2001-09-0" in text.splitlines()[0]
+    assert "trained 1600 steps in 3:12" in text
+    assert "sac on 5 test flights: return 0.5" in text
+    assert str(finished.path.resolve()) in text.replace("\n", "")
+    for stale in ("1404", "steps/s   ", "not running", "resume"):
+        assert stale not in text
+
+
+def test_a_finished_run_of_before_endings_were_written_down_ended_about_when_its_agent_spoke_last(finished):
+    status = run_status(finished)
+    assert (status.state, status.ended) == ("finished", 7.0)
+
+
+@pytest.mark.parametrize("outcome", ["stopped", "failed"])
+def test_a_run_that_ended_early_tells_how_far_it_came_why_and_how_to_go_on(finished, outcome):
+    finished.summary_path.unlink()
+    finished.end(Ending(time=1e9, outcome=outcome, reason="agent ended with exit code 2: no more room"))
+    status = run_status(finished)
+    assert (status.state, status.is_finished) == (outcome, False)
+    text = text_of(status)
+    assert "agent ended with exit code 2: no more room" in text
+    assert "it came to evaluation 1404/1600" in text
+    assert f"'orchestrator resume {finished.path}'" in text.replace("\n", "")
+
+
+def test_a_run_that_is_taken_up_again_has_not_ended(finished):
+    finished.end(Ending(time=1e9, outcome="stopped", reason="somebody asked"))
+    finished.begin()
+    assert run_status(finished).ended == 7.0
+
+
+@pytest.mark.parametrize("name", ["config.toml", "plan.json", "versions.json"])
+def test_a_damaged_run_says_what_is_damaged(finished, name):
+    (finished.path / name).write_bytes(b"")
+    status = run_status(finished)
+    assert status.state == "damaged"
+    assert name in str(status.reason)
 
 
 def test_a_run_that_never_began_says_so(run):
     status = run_status(run)
-    assert (status.state, status.phase, status.workers) == ("not running", None, ())
+    assert (status.state, status.phase, status.workers) == ("broken off", None, ())
     assert "has not said anything" in text_of(status)
 
 
