@@ -143,7 +143,7 @@ def train(
     started here. The host is told when the run is done.
     """
     joining = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
-    settings = for_a_run(load_config(config), required=joining is None)
+    settings = for_a_run(load_config(config), joined=joining is not None)
     if or_resume and run is None:
         raise InvalidInput("--or-resume goes on with the run of a name; it needs --run")
     path = run or default_run_path(config, datetime.now())

@@ -100,7 +100,8 @@ def qoe(
         poses=poses,
     )
     host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
-    told = with_checksums(load_config(config) if config else RunConfig(), required=host is None)
+    told = load_config(config) if config else RunConfig()
+    told = told if host else with_checksums(told)
     settings = with_workers(told, workers or os.cpu_count() or 1)
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
     parts = experiment.table_parts(directory, views)

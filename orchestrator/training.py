@@ -16,6 +16,7 @@ from orchestrator.elsewhere import NOBODY_ELSEWHERE
 from orchestrator.ending import Ending, Outcome
 from orchestrator.errors import Interrupted, RunBusy
 from orchestrator.fleet import AGENT_PATIENCE, WORKER_PATIENCE, Fleet, end_processes
+from orchestrator.heartbeat import is_alive
 from orchestrator.joining import Join, JoinedHost, dismiss
 from orchestrator.launch import (
     TRAINING,
@@ -105,9 +106,11 @@ def resume(run: RunDirectory, *, watch: Watch, stop: StopRequest, join: Join | N
         RunBusy: an orchestrator works on it.
         Others: as `train` does.
     """
+    if join is None and run.is_finished() and not any(map(is_alive, run.processes())):
+        # To look at it takes no right to write.
+        return
     with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
         cast = _cast_to_finish(run, sockets, join)
-        # A run that is done is left as it is, to the byte.
         with _noting_its_end(run, join) if cast.jobs else nullcontext():
             _perform(run, sockets, cast, _left_behind(run, cast), watch, stop)
         # Also where nothing was left to do: whoever did it may have been killed before it could say so.

@@ -91,26 +91,26 @@ def load_run_config(run: Path) -> RunConfig:
     return (load_resolved_config if made_by_orchestrator else load_config)(run / "config.toml")
 
 
-def with_checksums(config: RunConfig, *, required: bool = True) -> RunConfig:
+def with_checksums(config: RunConfig) -> RunConfig:
     """A configuration that records which files it names.
-
-    Args:
-        required: whether these must be here; else others, on other machines, read them.
 
     Raises:
         InvalidConfig: a file that it names is not there.
         OtherArtifact: it has a checksum already, which is another one.
     """
     require_same_files(config, config.artifacts)
-    return replace(config, artifacts=config.artifacts | checksums_of(config, required=required))
+    return replace(config, artifacts=config.artifacts | checksums_of(config))
 
 
-def for_a_run(config: RunConfig, *, required: bool = True) -> RunConfig:
+def for_a_run(config: RunConfig, *, joined: bool = False) -> RunConfig:
     """A configuration as a run is told it: with its files recorded, and with the profile's choices made.
 
     A later version of Vantage may choose otherwise; that is no reason for a run to change. Errors as `with_checksums`.
+
+    Args:
+        joined: the workers are a host's and read files of their own, so that those that are here say nothing.
     """
-    known = with_checksums(config, required=required)
+    known = config if joined else with_checksums(config)
     return replace(known, perception=settled(known.perception, known.profile))
 
 

@@ -89,11 +89,8 @@ def is_checksum(value: str) -> bool:
     return value.startswith(_CHECKSUM)
 
 
-def checksums_of(config: Struct, *, required: bool = True) -> dict[str, str]:
-    """sha256 of every file that a configuration means, by the setting's name; of a default file that is there, too.
-
-    Args:
-        required: whether every file that is named must be here; else others, on other machines, read it.
+def checksums_of(config: Struct) -> dict[str, str]:
+    """sha256 of every file that a configuration means, by the setting's name; of a default file if it is there.
 
     Raises:
         InvalidConfig: a file that it names is not there.
@@ -103,7 +100,7 @@ def checksums_of(config: Struct, *, required: bool = True) -> dict[str, str]:
         checksum = None if setting.path is None else checksum_if_there(setting.path)
         if checksum is not None:
             found[setting.name] = checksum
-        elif required and setting.value and setting.path is not None:
+        elif setting.value and setting.path is not None:
             raise InvalidConfig(f"{setting.name}: there is no file {setting.path}")
     return found
 

@@ -63,7 +63,8 @@ def fit(
     from orchestrator.lifter.views import FitViews
 
     host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
-    told = with_checksums(load_config(config) if config else RunConfig(), required=host is None)
+    told = load_config(config) if config else RunConfig()
+    told = told if host else with_checksums(told)
     settings = with_workers(told, workers or os.cpu_count() or 1)
     views = FitViews(frames=frames, seed=seed, wide=wide)
     directory = FitDirectory.open_for(out or DEFAULT_PATH, settings, views)

@@ -75,8 +75,8 @@ class TestEveryFile:
             for_a_run(load_config(write_config(folder, name, "none.file")))
 
     def test_is_needed_only_on_the_machine_that_reads_it(self, folder, name):
-        config = for_a_run(load_config(write_config(folder, name, "none.file")), required=False)
-        assert name not in config.artifacts
+        config = for_a_run(load_config(write_config(folder, name, "none.file")), joined=True)
+        assert config.artifacts == {}
 
     def test_is_the_one_that_the_run_was_made_with(self, folder, tmp_path, name):
         run = make_run(for_a_run(load_config(write_config(folder, name))), tmp_path / "run")

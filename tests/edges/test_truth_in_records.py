@@ -3,6 +3,8 @@
 import json
 import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -62,9 +64,9 @@ def finished(orchestrator: Command) -> Finished:
     return Finished(orchestrator)
 
 
-def content(folder: Path) -> dict[str, bytes]:
-    """All that a run is; what the orchestrator says of its own doings is left aside."""
-    files = (path for path in folder.rglob("*") if path.is_file() and path.parent.name != "logs")
+def content(folder: Path, *, logs: bool = True) -> dict[str, bytes]:
+    """All that a run is, with or without what the orchestrator says of its own doings."""
+    files = (path for path in folder.rglob("*") if path.is_file() and (logs or path.parent.name != "logs"))
     return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
 
@@ -138,6 +140,21 @@ def test_a_run_that_cant_go_on_says_why_and_how_it_would(finished):
     assert "orchestrator resume one" in finished.command.run("status", "one").stdout
     finished.call("resume", "one", "--json")
     assert finished.call("status", "one", "--json")["state"] == "finished"
+
+
+def test_a_finished_run_on_a_disk_that_cant_be_written_to_is_told_of(finished):
+    path = finished.run.path
+    bind = f"mount --bind {path} {path} && mount -o remount,bind,ro {path}"
+    for command in ("status", "resume"):
+        call = ["unshare", "--mount", "sh", "-c", f'{bind} && exec "$@"', "sh"]
+        if subprocess.run([*call, "true"], capture_output=True, check=False).returncode != 0:
+            pytest.skip("not run: no right to a mount of its own")
+        orchestrate = [sys.executable, "-m", "orchestrator", command, "one", "--json"]
+        done = subprocess.run(
+            [*call, *orchestrate], cwd=finished.command.folder, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+        assert json.loads(done.stdout)["evaluation"] == finished.report["evaluation"]
 
 
 @pytest.mark.parametrize("command", [("resume", "one"), ("evaluate", "one")], ids=lambda command: command[0])
