@@ -67,7 +67,12 @@ def path_settings(section: Struct, prefix: str = "") -> Iterator[Setting]:
 def with_absolute_paths(config: SectionT, directory: Path) -> SectionT:
     """A configuration whose relative paths were relative to a directory."""
     base = directory.resolve()
-    return _with_paths(config, lambda setting: str(base / setting.value) if setting.value else setting.value)
+
+    def absolute(setting: Setting) -> str | None:
+        path = Path(setting.value or "")
+        return setting.value if not setting.value or path.is_absolute() else str(base / path)
+
+    return _with_paths(config, absolute)
 
 
 def relative_paths(config: Struct) -> tuple[Setting, ...]:
