@@ -184,7 +184,7 @@ def _require_all(table: dict[str, Any], mark: _Resolved | None, path: Path) -> N
 def _config_of(table: dict[str, Any], path: Path) -> RunConfig:
     try:
         return msgspec.convert(table, RunConfig)
-    except msgspec.ValidationError as error:
+    except (msgspec.ValidationError, InvalidConfig) as error:
         raise InvalidConfig(f"{path}: {error}") from error
 
 

@@ -29,6 +29,8 @@ baselines = ["stay"]
 
 pytestmark = pytest.mark.slow
 
+PATIENCE = 120.0
+
 
 class Finished:
     """A run that was trained and evaluated, in the place where it was made."""
@@ -47,13 +49,13 @@ class Finished:
         return self.config.parent / "mine.onnx"
 
     def call(self, *arguments: str) -> dict:
-        done = self.command.run(*arguments)
+        done = self.command.run(*arguments, patience=PATIENCE)
         assert done.returncode == 0, done.stderr
         return json.loads(done.stdout)
 
     def refusal(self, *arguments: str) -> str:
         """What a command says that is refused for what it was given."""
-        done = self.command.run(*arguments)
+        done = self.command.run(*arguments, patience=PATIENCE)
         assert done.returncode == 2, done.stderr
         assert "Traceback" not in done.stderr
         return " ".join(done.stderr.split())
@@ -133,7 +135,7 @@ def test_a_finished_run_says_that_it_is_and_a_copy_says_the_same(finished):
 
 def test_a_run_that_cant_go_on_says_why_and_how_it_would(finished):
     finished.run.summary_path.unlink()
-    finished.command.run("resume", "one", rooms=("render_crashes_at_start",))
+    finished.command.run("resume", "one", rooms=("render_crashes_at_start",), patience=PATIENCE)
     status = finished.call("status", "one", "--json")
     assert status["state"] == "failed"
     assert "render-0 ended" in status["reason"]
