@@ -138,7 +138,7 @@ def test_a_run_that_cant_go_on_says_why_and_how_it_would(finished):
     finished.command.run("resume", "one", rooms=("render_crashes_at_start",), patience=PATIENCE)
     status = finished.call("status", "one", "--json")
     assert status["state"] == "failed"
-    assert "render-0 ended" in status["reason"]
+    assert "render-0 was killed by SIGABRT: out of paint" in status["reason"]
     assert "orchestrator resume one" in finished.command.run("status", "one").stdout
     finished.call("resume", "one", "--json")
     assert finished.call("status", "one", "--json")["state"] == "finished"
