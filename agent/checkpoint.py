@@ -4,7 +4,6 @@ It holds all that the training's future depends on. The replay memory is not in 
 segments, by length and checksum. Nothing in it is pickled.
 """
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from safetensors import SafetensorError
 from safetensors.numpy import load_file, save
 
 from agent.errors import NewerFormat
-from agent.growing_file import FileMark, mark_of, mark_of_bytes, require_intact, sync_directory
+from agent.growing_file import FileMark, mark_of, mark_of_bytes, require_intact
 from agent.journal import EPISODES
 from agent.replay_journal import Segment, require_segments
 from agent.state_tree import join, split
@@ -112,19 +111,18 @@ class Checkpoint(Struct, frozen=True):
 
 
 def write_files(directory: Path, content: Content) -> dict[str, FileMark]:
-    """Write weights and state to an empty directory, each file through to the disk, and say what they are."""
+    """Write weights and state to an empty directory, and say what they are."""
     arrays, rest = split(content.state)
     files = {WEIGHTS: encoded_weights(content.weights, content.about), TENSORS: save(arrays), REST: rest}
     files[MEASURED] = msgspec.msgpack.encode(content.measured)
     for name, data in files.items():
-        _write(directory / name, data)
+        (directory / name).write_bytes(data)
     return {name: mark_of_bytes(data) for name, data in files.items()}
 
 
 def write_manifest(directory: Path, manifest: Manifest) -> None:
-    """Write the manifest, through to the disk; it comes last, so that where it is, all is."""
-    _write(directory / MANIFEST, msgspec.json.format(msgspec.json.encode(manifest)) + b"\n")
-    sync_directory(directory)
+    """Write the manifest; it comes last, so that where it is, all is."""
+    (directory / MANIFEST).write_bytes(msgspec.json.format(msgspec.json.encode(manifest)) + b"\n")
 
 
 def read_manifest(directory: Path) -> Manifest:
@@ -168,10 +166,3 @@ class _Format(Struct, frozen=True):
     """As much of a manifest as every version of it has."""
 
     format: int
-
-
-def _write(path: Path, data: bytes) -> None:
-    with path.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())

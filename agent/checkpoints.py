@@ -8,9 +8,7 @@ import logging
 import math
 import re
 import shutil
-import uuid
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 from agent.checkpoint import (
@@ -26,7 +24,8 @@ from agent.checkpoint import (
 )
 from agent.errors import NewerFormat, NoWholeCheckpoint
 from agent.essentials import essentials, require_same
-from agent.growing_file import FileMark, sync_directory
+from agent.growing_file import FileMark
+from protocol.artifact import sync_directory, whole_directory
 from protocol.config import RunConfig
 from protocol.errors import ArtifactError
 from protocol.failpoint import Failpoint, no_failpoint
@@ -84,17 +83,17 @@ class Checkpoints:
             OSError: the disk is full, say; then all is as before.
         """
         self._directory.mkdir(exist_ok=True)
-        with self._aside(content.step) as aside:
+        with whole_directory(self._directory / _name(content.step)) as aside:
             self._reach("checkpoint-opened")
             grown = sync_grown()
+            # The names of what has grown, and of the checkpoints' own directory.
+            sync_directory(self._directory.parent)
             self._reach("checkpoint-journal-synced")
             files = write_files(aside, content)
             self._reach("checkpoint-written")
             write_manifest(aside, self._manifest(content, files, grown))
             self._reach("checkpoint-manifest-written")
-            aside.rename(self._directory / _name(content.step))
-            sync_directory(self._directory)
-            self._reach("checkpoint-renamed")
+        self._reach("checkpoint-renamed")
         self._prune()
         self._reach("checkpoint-pruned")
 
@@ -116,16 +115,6 @@ class Checkpoints:
             (path for path in self._directory.iterdir() if _NAME.fullmatch(path.name)),
             key=_step_of,
         )
-
-    @contextmanager
-    def _aside(self, step: int) -> Generator[Path]:
-        """A directory that is gone afterwards, unless it was given its place."""
-        aside = self._directory / f".{_name(step)}.{uuid.uuid4().hex}"
-        aside.mkdir()
-        try:
-            yield aside
-        finally:
-            shutil.rmtree(aside, ignore_errors=True)
 
     def _prune(self) -> None:
         paths = self._paths()

@@ -5,6 +5,8 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from agent.connections import Connections, Workers
 from agent.evaluation import evaluate
 from agent.journal import Journal, write_record
@@ -17,7 +19,9 @@ from agent.stopping import StopRequest, stop_on_signals
 from agent.telemetry import agent_telemetry
 from agent.vector_hover import VectorHover
 from agent.weights import FILE_NAME, load_weights
-from protocol.config import RunConfig, load_config
+from protocol.artifact import checksum_if_there
+from protocol.config import RunConfig
+from protocol.config_file import load_run_config
 from protocol.errors import CallFailed, InvalidInput
 from protocol.failpoint import Failpoint, no_failpoint
 from protocol.messages import Role
@@ -46,7 +50,7 @@ def train_run(
         ResumeRefused, RunInUse: see `agent.errors`; nothing was changed.
         DeadlineExceeded, CallFailed: the workers are gone; what was flown so far is kept.
     """
-    config = load_config(run / "config.toml")
+    config = load_run_config(run)
     learner = make_learner(config.learner, config.environment, seed=config.seed)
     with stop_on_signals() as stop, Connections(config, workers, stop.ask) as connections:
         env = VectorHover(connections.eyes, config=config.environment)
@@ -82,7 +86,8 @@ def evaluate_run(
         InvalidInput: there is no policy of that name.
         ArtifactMissing, ArtifactDamaged: there are no weights, or they don't fit the configuration.
     """
-    config = load_config(run / "config.toml")
+    config = load_run_config(run)
+    weights = checksum_if_there(run / FILE_NAME)
     policies = _policies(run, config, names or (config.learner.algorithm, *config.evaluation.baselines))
     flights = config.evaluation.episodes if episodes is None else episodes
     steps = len(policies) * flights * config.environment.episode_steps
@@ -104,6 +109,7 @@ def evaluate_run(
                 raise
             _log.info("stopped on request, before the evaluation was whole")
             return None
+        evaluation = replace(evaluation, weights=weights, by=connections.incarnation)
         write_record(run / "evaluation.json", evaluation)
     return evaluation
 

@@ -87,15 +87,6 @@ def require_intact(path: Path, mark: FileMark) -> None:
         raise JournalDamaged(f"{path} is not what was written; the training can't go on from it")
 
 
-def sync_directory(path: Path) -> None:
-    """See to it that the names in a directory are on the disk."""
-    descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 def mark_of(path: Path) -> FileMark:
     """A whole file's."""
     return FileMark(length=path.stat().st_size, sha256=sha256(path))

@@ -13,9 +13,10 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from agent.growing_file import FileMark, GrowingFile, require_intact, sync_directory
+from agent.growing_file import FileMark, GrowingFile, require_intact
 from agent.learner import Transition
 from agent.spaces import ACTION_SIZE, OBSERVATION_SIZE
+from protocol.artifact import sync_directory
 
 SEGMENT_BYTES = 64 * 1024**2
 

@@ -33,7 +33,8 @@ from orchestrator.session import Session
 from orchestrator.socket_directory import socket_directory
 from orchestrator.stop_request import StopRequest, stop_on_signals
 from orchestrator.supervisor import Supervisor
-from protocol.config import RunConfig, load_config
+from protocol.config import RunConfig
+from protocol.config_file import load_config
 from protocol.messages import Role
 from protocol.pool import Pool
 from protocol.timeouts import Timeouts

@@ -33,7 +33,8 @@ from orchestrator.chaos.settings import rehearsal_config
 from orchestrator.live_display import Display, Snapshot, open_display
 from orchestrator.run_directory import resolved_toml
 from orchestrator.stop_request import StopRequest, stop_on_signals
-from protocol.config import RunConfig, load_config
+from protocol.config import RunConfig
+from protocol.config_file import load_config
 from protocol.process_start import process_start
 
 SAMPLE_EVERY = 5.0

@@ -26,7 +26,8 @@ from benchmarks.viewpoints import front_views, observe_requests
 from orchestrator.live_display import Display, FrameCount, Snapshot, open_display
 from orchestrator.stop_request import stop_on_signals
 from orchestrator.worker_pair import WorkerPair, worker_pair
-from protocol.config import LearnerConfig, RunConfig, load_config
+from protocol.config import LearnerConfig, RunConfig
+from protocol.config_file import load_config
 from protocol.records import Stage
 
 

@@ -43,7 +43,7 @@ from orchestrator.terminal.console import open_console
 from orchestrator.terminal.output import print_json, print_line, show
 from orchestrator.versions import collect_versions, installed_version
 from protocol.artifact import require_place
-from protocol.config import load_config
+from protocol.config_file import for_a_run, load_config
 from protocol.errors import InvalidInput
 from protocol.scene import Split
 from protocol.security.options import security_from
@@ -124,8 +124,8 @@ def train(
     With --join the workers are those of a host ('orchestrator host'), perhaps on other machines, and the agent alone is
     started here. The host is told when the run is done.
     """
-    settings = load_config(config)
     joining = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
+    settings = for_a_run(load_config(config), joined=joining is not None)
     if or_resume and run is None:
         raise InvalidInput("--or-resume goes on with the run of a name; it needs --run")
     path = run or default_run_path(config, datetime.now())
@@ -160,6 +160,7 @@ def resume(
     Of a run that has come to its end the report is printed again.
     """
     directory = RunDirectory.open(run)
+    directory.require_as_it_was()
     joining = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
     with at_work() as (display, stop), run_telemetry(endpoint(http, http_token), directory.name, display) as watch:
         ending = _ending_of(lambda: training.resume(directory, watch=watch, stop=stop, join=joining))
@@ -216,6 +217,7 @@ def evaluate(
 ) -> None:
     """Fly a trained policy and the baselines over the same test scenes, and print how each did."""
     directory = RunDirectory.open(run)
+    directory.require_as_it_was()
     with at_work() as (display, stop):
         what = Evaluate(episodes=episodes, policies=tuple(policy or ()))
         training.evaluate(directory, what, display=display, stop=stop)

@@ -24,7 +24,8 @@ from orchestrator.terminal.output import print_json, print_line
 from orchestrator.versions import collect_versions
 from protocol.artifact import require_place
 from protocol.camera import DepthNoise
-from protocol.config import RunConfig, load_config
+from protocol.config import RunConfig
+from protocol.config_file import load_config, require_recorded_files, with_checksums
 from protocol.errors import InvalidInput, VantageError
 from protocol.scene import Split
 
@@ -100,10 +101,11 @@ def qoe(
         frames_a_part=frames_a_part,
         poses=poses,
     )
-    settings = with_workers(load_config(config) if config else RunConfig(), worker_count(workers, join))
+    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
+    told = load_config(config) if config else RunConfig()
+    settings = with_workers(told if host else with_checksums(told), worker_count(workers, join))
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
     parts = experiment.table_parts(directory, views)
-    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
     _complete(directory, parts, settings, host, lambda crew: experiment.observe_views(parts, views, settings, crew))
     _print_results(directory, json)
 
@@ -130,6 +132,7 @@ def flights(
     from orchestrator.experiments.workers import with_workers
 
     found = ExperimentDirectory.open(directory)
+    require_recorded_files(found.config())
     views, settings = found.views(), with_workers(found.config(), worker_count(workers, join))
     flight_set = flying.FlightSet(scenes=scenes, steps=steps, depth_noises=views.depth_noises)
     found.require_same(found.flight_set_path, flight_set)

@@ -11,7 +11,7 @@ from orchestrator.live_display import duration, stages_text
 from orchestrator.restart import count_restarts
 from orchestrator.run_directory import RunDirectory
 from orchestrator.table import evaluation_table
-from protocol.records import Evaluation, Stage
+from protocol.records import Evaluation, Stage, Summary
 
 
 class TrainingReport(Struct, frozen=True, kw_only=True):
@@ -66,12 +66,8 @@ def training_report(run: RunDirectory, *, interrupted: bool) -> TrainingReport |
 
 def report_view(report: TrainingReport) -> RenderableType:
     """The report as a few lines, the evaluation's table last."""
-    trained = (
-        f"{report.steps} steps in {duration(report.seconds)} ({report.steps_per_second:.1f} steps/s), "
-        f"{report.episodes} episodes, {report.updates} gradient updates"
-    )
     lines: list[RenderableType] = [
-        Text(f"{'stopped after' if report.interrupted else 'trained'} {trained}", "bold"),
+        Text(trained_words(report, "stopped after" if report.interrupted else "trained"), "bold"),
         Text(stages_text({stage: seconds for stage, seconds in report.stages.items() if seconds is not None})),
         Text(f"late replies {report.late_replies}, retries {report.retries}", "dim"),
         *_counts("restarts", report.restarts),
@@ -81,6 +77,14 @@ def report_view(report: TrainingReport) -> RenderableType:
     if report.evaluation is not None:
         lines.append(evaluation_table(report.evaluation))
     return Group(*lines)
+
+
+def trained_words(training: TrainingReport | Summary, verb: str = "trained") -> str:
+    """What a training came to, in a line."""
+    return (
+        f"{verb} {training.steps} steps in {duration(training.seconds)} ({training.steps_per_second:.1f} steps/s), "
+        f"{training.episodes} episodes, {training.updates} gradient updates"
+    )
 
 
 def _counts(heading: str, counts: Mapping[str, int]) -> Iterator[Text]:

@@ -3,9 +3,7 @@
 The orchestrator makes the directory whole or not at all and never overwrites one; the agent writes its records into it.
 """
 
-import shutil
-import tempfile
-from collections.abc import Generator, Sequence
+from collections.abc import Collection, Generator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
@@ -16,20 +14,24 @@ import tomli_w
 from msgspec import Struct
 
 from orchestrator.directory_lock import directory_lock
+from orchestrator.ending import Ending
 from orchestrator.errors import NoLocks, NoSuchRun, RunBusy, RunError, RunExists, RunNotWritable
 from orchestrator.json_lines import all_records, append_record, last_record
 from orchestrator.restart import Restart
 from orchestrator.versions import Versions
-from protocol.artifact import require_place, whole_file
-from protocol.config import RunConfig, load_config
-from protocol.errors import InvalidInput
+from protocol.artifact import checksum_if_there, require_place, sync_directory, whole_directory, whole_file
+from protocol.config import RunConfig
+from protocol.config_file import load_resolved_config, plain, require_recorded_files, resolved, same_for
+from protocol.errors import DamagedRecord, InvalidInput
 from protocol.messages import Role
 from protocol.process_start import ProcessStart
 from protocol.records import Evaluation, Progress, Summary
 from protocol.refusal import reason
 from protocol.text import UNDECODABLE, json_of, readable
+from protocol.whole_record import decode_whole, read_whole
 
 RUNS = Path("runs")
+_TIME = "%Y%m%d-%H%M%S"
 LOCK_PATIENCE = 0.5
 """Seconds; whoever only looks whether a run is busy holds its lock for less."""
 
@@ -94,7 +96,7 @@ class RunDirectory(Struct, frozen=True):
             raise RunExists(f"{path} exists already, and a run is never overwritten; {_instead_of_making(path)}")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            with _directory_aside(path) as aside:
+            with whole_directory(path) as aside:
                 # A run that nobody could work on is not made.
                 with directory_lock(aside, 0.0, "", called=path):
                     pass
@@ -126,9 +128,11 @@ class RunDirectory(Struct, frozen=True):
 
         Raises:
             InvalidInput: it was made with another.
+            Others: as `require_as_it_was`.
         """
         run = cls.open(path)
-        if run.config() != config:
+        run.require_as_it_was()
+        if same_for(run.config()) != same_for(config):
             raise InvalidInput(
                 f"{path} was made with another configuration, and a run is never changed: go on with it as it is by "
                 f"'orchestrator resume {path}', or choose another with --run"
@@ -171,14 +175,14 @@ class RunDirectory(Struct, frozen=True):
         return self.path / "restarts.jsonl"
 
     @property
-    def work_path(self) -> Path:
-        """Who has worked on the run, and how that ended."""
-        return self.path / "work.jsonl"
-
-    @property
     def evaluation_path(self) -> Path:
         """What the agent's evaluation gave."""
         return self.path / "evaluation.json"
+
+    @property
+    def ending_path(self) -> Path:
+        """How the work on it ended last; not there while an orchestrator works on it."""
+        return self.path / "ending.json"
 
     @property
     def logs(self) -> Path:
@@ -196,7 +200,22 @@ class RunDirectory(Struct, frozen=True):
         Raises:
             InvalidConfig: the file was damaged.
         """
-        return load_config(self.config_path)
+        return load_resolved_config(self.config_path)
+
+    def require_as_it_was(self) -> None:
+        """Make sure that all that the run was told is there, and that its files are those that it was made with.
+
+        Raises:
+            InvalidConfig, DamagedRecord: what it was told was damaged.
+            OtherArtifact: a file that its configuration names is another one now, or is gone.
+        """
+        require_recorded_files(self.told())
+
+    def told(self) -> RunConfig:
+        """What the run was told, once all of that is found to be there; errors as `require_as_it_was`."""
+        self.plan()
+        self.versions()
+        return self.config()
 
     def progress(self) -> Progress | None:
         """How far the agent is; None before its first word."""
@@ -208,11 +227,33 @@ class RunDirectory(Struct, frozen=True):
 
     def evaluation(self) -> Evaluation | None:
         """The last evaluation; None before the first."""
-        return _read(self.evaluation_path, Evaluation)
+        return _read(self.evaluation_path, Evaluation, may_lack=("weights", "by"))
+
+    def ending(self) -> Ending | None:
+        """How the work on it ended; None while it goes on, and after an orchestrator that was killed."""
+        return _read(self.ending_path, Ending)
+
+    def begin(self) -> None:
+        """Note that the work on it goes on: how it ended before must not come back with a power cut."""
+        self.ending_path.unlink(missing_ok=True)
+        sync_directory(self.path)
+
+    def end(self, ending: Ending) -> None:
+        """Note how it ended."""
+        with whole_file(self.ending_path) as aside:
+            aside.write_bytes(json_of(ending) + b"\n")
 
     def plan(self) -> Plan:
-        """What is to be done here."""
-        return _read(self.path / "plan.json", Plan) or DEFAULT_PLAN
+        """What is to be done here.
+
+        Raises:
+            DamagedRecord: the file is gone, can't be read, or lacks a field.
+        """
+        return read_whole(self.path / "plan.json", Plan)
+
+    def versions(self) -> Versions:
+        """What the run was made with; errors as `plan`."""
+        return read_whole(self.path / "versions.json", Versions, may_lack=("made",))
 
     def is_trained(self) -> bool:
         """Whether the training has come to its end."""
@@ -223,10 +264,24 @@ class RunDirectory(Struct, frozen=True):
         """Whether all that was planned is done."""
         return self.is_trained() and (self.is_evaluated() or not self.plan().evaluate)
 
-    def is_evaluated(self, since: float = 0.0) -> bool:
-        """Whether there is an evaluation of what was last trained, written after `since` (seconds since 1970)."""
-        written = _written(self.evaluation_path)
-        return self.evaluation() is not None and written >= max(since, _written(self.summary_path))
+    def is_evaluated(self) -> bool:
+        """Whether there is an evaluation, of however many flights, of what was last trained."""
+        evaluation = self.evaluation()
+        if evaluation is None:
+            return False
+        if evaluation.by is None:
+            return self._ended_with_an_evaluation()
+        return evaluation.weights == checksum_if_there(self.weights_path)
+
+    def is_evaluated_since(self, before: Evaluation | None) -> bool:
+        """Whether another process than that of `before` has written an evaluation."""
+        evaluation = self.evaluation()
+        return evaluation is not None and (before is None or evaluation.by != before.by)
+
+    def _ended_with_an_evaluation(self) -> bool:
+        """What a run of before evaluations said of what they are tells by the order of what its agents said."""
+        progress = self.progress()
+        return progress is None or progress.phase == "evaluation"
 
     def processes(self) -> tuple[ProcessRecord, ...]:
         """The processes that were last started on this run."""
@@ -291,51 +346,27 @@ def _instead_of_making(path: Path) -> str:
     return "choose another with --run"
 
 
-def _written(path: Path) -> float:
-    """When a file was last written, in seconds since 1970; 0 where there is none."""
+def _read(path: Path, record: type[RecordT], *, may_lack: Collection[str] = ()) -> RecordT | None:
+    """A record that is whole; of one that was damaged nothing is taken for granted."""
     try:
-        return path.stat().st_mtime
-    except OSError:
-        return 0.0
-
-
-@contextmanager
-def _directory_aside(path: Path) -> Generator[Path]:
-    """A directory beside `path` to fill; it gets that name when all is in it."""
-    aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
-    try:
-        yield aside
-        aside.chmod(0o755)
-        # A rename replaces an empty directory at most and fails on any other: nothing is ever lost.
-        aside.rename(path)
-    except BaseException:
-        shutil.rmtree(aside, ignore_errors=True)
-        raise
-
-
-def _read(path: Path, record: type[RecordT]) -> RecordT | None:
-    try:
-        return msgspec.json.decode(path.read_bytes(), type=record)
+        return decode_whole(path.read_bytes(), record, may_lack=may_lack)
     except (OSError, *UNDECODABLE):
         return None
 
 
 def resolved_toml(config: RunConfig) -> bytes:
-    """The configuration with every field written out; what is None is left away, as TOML has no null."""
-    return tomli_w.dumps(_without_none(msgspec.to_builtins(config))).encode()
+    """The configuration as a file, resolved: with every setting, and marked."""
+    return tomli_w.dumps(resolved(config)).encode()
 
 
-def _without_none(table: dict[str, object]) -> dict[str, object]:
-    return {
-        key: _without_none(value) if isinstance(value, dict) else value
-        for key, value in table.items()
-        if value is not None
-    }
+def plain_toml(config: RunConfig) -> bytes:
+    """The same for a table's metadata: neither marked nor with the names of files' settings beside them."""
+    return tomli_w.dumps(plain(config)).encode()
 
 
 def default_run_path(config_path: Path, now: datetime) -> Path:
     """`runs/<configuration's name>-<date>-<time>`."""
-    return RUNS / f"{config_path.stem}-{now:%Y%m%d-%H%M%S}"
+    return RUNS / f"{config_path.stem}-{now:{_TIME}}"
 
 
 def newest_run(runs: Path = RUNS) -> RunDirectory:
@@ -344,7 +375,16 @@ def newest_run(runs: Path = RUNS) -> RunDirectory:
     Raises:
         NoSuchRun: there is none.
     """
-    made = sorted(runs.glob("*/config.toml"), key=lambda config: config.stat().st_mtime)
+    made = [RunDirectory(config.parent) for config in sorted(runs.glob("*/config.toml"))]
     if not made:
         raise NoSuchRun(f"there is no run in {runs} yet; start one with 'orchestrator train CONFIG'")
-    return RunDirectory(made[-1].parent)
+    return max(made, key=_made)
+
+
+def _made(run: RunDirectory) -> tuple[float, str]:
+    """When a run was made, as it says itself: before that was written down, its name's end alone does."""
+    try:
+        made = run.versions().made
+    except DamagedRecord:
+        made = 0.0
+    return made, run.path.name[-len(f"{datetime.min:{_TIME}}") :]

@@ -2,37 +2,40 @@
 
 import shlex
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from datetime import datetime
-from typing import Literal, TypeAlias
+from pathlib import Path
+from typing import Literal, NamedTuple, TypeAlias
 
 from msgspec import Struct
 from msgspec.structs import replace
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from orchestrator.heartbeat import NOT_RUNNING, SILENT, Health, Heartbeat, is_alive
-from orchestrator.live_display import duration, figures, workers_table
+from orchestrator.ending import Ending
+from orchestrator.heartbeat import SILENT, Health, Heartbeat, is_alive
+from orchestrator.live_display import figures, workers_table
+from orchestrator.report import trained_words
 from orchestrator.restart import count_restarts
 from orchestrator.run_directory import ProcessRecord, RunDirectory
-from orchestrator.work_record import Work, all_work
-from protocol.records import PolicyScore, Progress, Summary
+from protocol.errors import DamagedRecord, InvalidConfig
+from protocol.records import Evaluation, PolicyScore, Progress, Summary
 from protocol.timeouts import Timeouts
 
 PATIENCE = 2.0
 """Seconds to wait for the workers' answers."""
 POLL = 0.05
 
-State: TypeAlias = Literal["running", "abandoned", "finished", "stopped", "failed", "killed", "not running"]
+State: TypeAlias = Literal["running", "abandoned", "finished", "stopped", "failed", "broken off", "damaged"]
 _STYLES: Mapping[State, str] = {
     "running": "bold green",
     "abandoned": "bold red",
     "finished": "bold green",
     "stopped": "bold yellow",
     "failed": "bold red",
-    "killed": "bold red",
-    "not running": "bold yellow",
+    "broken off": "bold yellow",
+    "damaged": "bold red",
 }
 
 
@@ -40,33 +43,31 @@ class RunStatus(Struct, frozen=True, kw_only=True):
     """What `status` prints.
 
     Attributes:
-        state: `running` while an orchestrator works on it, and `abandoned` where processes go on without one. Else how
-            it stands: `finished`, `stopped` on request, `failed`, `killed` with its orchestrator, or `not running`
-            where that is not known: nobody has worked on it yet, or an earlier version did.
-        reason: why it failed or was stopped; empty otherwise.
-        ended: when it was last worked on, in seconds since 1970; None while somebody does, or where it is not known.
-        seconds: that were worked on it until then, those before a kill not counted.
+        state: `running` while an orchestrator works on it, `abandoned` where processes go on without one. Else how it
+            ended: `finished`, `stopped` by somebody, `failed`, or `broken off` where its orchestrator was killed; or
+            `damaged` where what it was told is not all there.
+        ended: when, in seconds since 1970; None while it goes on, or where nobody wrote that down.
+        reason: why it did before all was done, in a sentence.
+        is_finished: whether all that was to be done in it is done.
         phase: what the agent did last; None before its first word.
-        progress: how far it came in that, as of `progress.time`.
+        progress: how far it was then, as of `progress.time`; of a run that has ended, no news.
         restarts: how often each process was started again that failed.
-        result: how the trained policy flew; None before an evaluation.
         files: what it has made, relative to `run`.
     """
 
     run: str
     state: State
-    reason: str
     ended: float | None
-    seconds: float
+    reason: str | None
     phase: str | None
     progress: Progress | None
+    summary: Summary | None
+    evaluation: Evaluation | None
     workers: tuple[Health, ...]
     restarts: dict[str, int]
     is_finished: bool
     has_weights: bool
     has_evaluation: bool
-    result: PolicyScore | None
-    summary: Summary | None
     files: tuple[str, ...]
 
 
@@ -74,57 +75,60 @@ def run_status(run: RunDirectory, patience: float = PATIENCE) -> RunStatus:
     """Look at a run without disturbing it; it needs no right to write."""
     processes = run.processes()
     alive = [process for process in processes if is_alive(process)]
-    progress, restarts, evaluation = run.progress(), count_restarts(run.restarts()), run.evaluation()
-    work = all_work(run.work_path)
-    state = _state(run, work, is_busy=run.is_busy(), is_alive=bool(alive))
-    goes_on = state in ("running", "abandoned")
+    progress, restarts = run.progress(), count_restarts(run.restarts())
+    standing = _standing(run, goes_on=bool(alive))
     return RunStatus(
         run=str(run.path),
-        state=state,
-        reason=work[-1].reason if state in ("stopped", "failed") else "",
-        ended=None if goes_on else _ended(work, progress) if state == "finished" else _last_heard(work, progress),
-        seconds=sum(one.seconds for one in work if one.job != "evaluate"),
+        state=standing.state,
+        ended=standing.ended,
+        reason=standing.reason,
         phase=progress.phase if progress else None,
         progress=progress,
-        workers=_health_of(processes, restarts, patience) if goes_on else tuple(map(_not_running, processes)),
+        summary=run.summary(),
+        evaluation=run.evaluation(),
+        workers=_health_of(processes, restarts, patience),
         restarts=restarts,
-        is_finished=run.is_finished(),
+        is_finished=standing.is_finished,
         has_weights=run.weights_path.is_file(),
         has_evaluation=run.evaluation_path.is_file(),
-        result=evaluation.scores[0] if evaluation and evaluation.scores else None,
-        summary=run.summary(),
         files=tuple(path.name for path in (run.weights_path, run.evaluation_path, run.logs) if path.exists()),
     )
 
 
-def _state(run: RunDirectory, work: Sequence[Work], *, is_busy: bool, is_alive: bool) -> State:
-    if is_busy:
-        return "running"
-    if is_alive:
-        return "abandoned"
-    if run.is_finished():
-        return "finished"
-    if not work:
-        return "not running"
-    ending = work[-1].ending
-    # Who evaluates a run that is not finished yet has done no more than that.
-    return "killed" if ending is None else "stopped" if ending == "done" else ending
+class _Standing(NamedTuple):
+    state: State
+    is_finished: bool = False
+    ended: float | None = None
+    reason: str | None = None
 
 
-def _ended(work: Sequence[Work], progress: Progress | None) -> float | None:
-    """When it came to its end; evaluations that were flown again later don't count."""
-    ends = [one.time for one in work if one.job != "evaluate" and one.ending == "done"]
-    return max(ends, default=None) or _last_heard(work, progress)
+def _standing(run: RunDirectory, *, goes_on: bool) -> _Standing:
+    """How a run is, by its own records first: that its processes run not says nothing of what it came to."""
+    try:
+        run.told()
+        finished = run.is_finished()
+    except (InvalidConfig, DamagedRecord) as error:
+        return _Standing("damaged", reason=str(error))
+    if run.is_busy():
+        return _Standing("running", finished)
+    if goes_on:
+        return _Standing("abandoned", finished)
+    ending = run.ending()
+    if finished:
+        return _Standing("finished", finished, _finished_at(ending, run.progress()))
+    if ending is None or ending.outcome == "finished":
+        return _Standing("broken off", ended=_last_heard(None, run.progress()))
+    return _Standing(ending.outcome, ended=ending.time, reason=ending.reason)
 
 
-def _last_heard(work: Sequence[Work], progress: Progress | None) -> float | None:
-    """When it was last worked on, as far as that was written down."""
-    heard = [one.time for one in work[-1:]] + ([progress.time] if progress else [])
-    return max(heard, default=None)
+def _finished_at(ending: Ending | None, progress: Progress | None) -> float | None:
+    """When all was done: nobody notes the end of an evaluation that is asked for, nor did versions of before."""
+    done = ending is not None and ending.outcome == "finished"
+    return ending.time if done else _last_heard(ending, progress)
 
 
-def _not_running(process: ProcessRecord) -> Health:
-    return Health(name=process.name, role=process.role, pid=process.pid, state=NOT_RUNNING)
+def _last_heard(ending: Ending | None, progress: Progress | None) -> float | None:
+    return max((record.time for record in (ending, progress) if record is not None), default=None)
 
 
 def _health_of(
@@ -141,13 +145,12 @@ def _health_of(
 
 
 def status_view(status: RunStatus) -> RenderableType:
-    """The status as a few lines: what goes on with its processes, or how it stands and what can be done."""
-    lines: list[RenderableType] = [Text.assemble(status.run, "  ", (status.state, _STYLES[status.state]))]
-    if status.state in ("running", "abandoned"):
-        lines += _at_work(status)
-    else:
-        lines += _at_rest(status)
-    return Group(*lines)
+    """The status as a few lines: what goes on with its processes, or how it ended and what can be done."""
+    goes_on = status.state in ("running", "abandoned")
+    return Group(
+        Text.assemble(status.run, "  ", (status.state, _STYLES[status.state])),
+        *(_at_work(status) if goes_on else _at_rest(status)),
+    )
 
 
 def _at_work(status: RunStatus) -> Iterator[RenderableType]:
@@ -161,47 +164,56 @@ def _at_work(status: RunStatus) -> Iterator[RenderableType]:
 
 
 def _at_rest(status: RunStatus) -> Iterator[RenderableType]:
-    when = f" on {moment(status.ended)}" if status.ended is not None else ""
-    took = f", after {duration(status.seconds)} of work" if status.seconds else ""
-    match status.state:
-        case "finished":
-            yield Text(f"it has come to its end{when}{took}")
-        case "stopped" | "failed":
-            yield Text(f"it {'was ' if status.state == 'stopped' else ''}{status.state}{when}{took}: {status.reason}")
-        case "killed":
-            yield Text(f"its orchestrator was killed, or its machine went down; it was last heard of{when}")
-        case _:
-            heard = f"; it was last heard of{when}" if when else ""
-            yield Text(f"it has not come to its end{heard}")
+    yield Text(_end(status))
     yield from _outcome(status)
     if status.files:
-        yield Text(f"its files: {', '.join(status.files)} in {status.run}", "dim")
-    yield Text(_afterwards(status))
+        yield Text(f"its files: {', '.join(status.files)} in {Path(status.run).resolve()}", "dim")
+    if status.is_finished:
+        again = f"'orchestrator evaluate {shlex.quote(status.run)}' flies its evaluation again"
+        yield Text(f"'orchestrator resume {shlex.quote(status.run)}' prints its report, {again}")
+    elif status.state != "damaged":
+        yield Text(f"it has not come to its end: {_resume(status)}")
+
+
+def _end(status: RunStatus) -> str:
+    """When and why it ended, in a sentence."""
+    when = f" on {moment(status.ended)}" if status.ended is not None else ""
+    why = f": {status.reason}" if status.reason else ""
+    match status.state:
+        case "finished":
+            return f"it has come to its end{when}"
+        case "stopped":
+            return f"it was stopped{when}{why}"
+        case "failed":
+            return f"it failed{when}{why}"
+        case "damaged":
+            return f"it can't be gone on with{why}"
+        case _ if when or status.workers:
+            heard = f"; it was last heard of{when}" if when else ""
+            return f"its orchestrator was killed, or its machine went down{heard}"
+        case _:
+            return "nobody has begun it"
 
 
 def _outcome(status: RunStatus) -> Iterator[Text]:
     """How far it came, in a line, and how the policy flew, in another."""
-    summary, progress, score = status.summary, status.progress, status.result
+    summary, progress, evaluation = status.summary, status.progress, status.evaluation
     if summary is not None and summary.complete:
-        yield Text(f"trained {summary.steps} steps in {duration(summary.seconds)}, {summary.episodes} episodes", "bold")
+        yield Text(trained_words(summary), "bold")
     elif progress is not None:
         yield Text(f"it came to step {progress.step} of {progress.steps} in its {progress.phase}", "bold")
     else:
         yield Text("its agent has not said anything yet")
-    if score is not None:
-        yield Text(
-            f"policy '{score.policy}' over {score.episodes} flights: return {score.total_reward.mean:.1f}, "
-            f"uncertainty {score.uncertainty.mean:.2f}, success {100 * score.success.mean:.0f}%, "
-            f"crash {100 * score.crash.mean:.0f}%",
-            "bold",
-        )
+    if evaluation is not None and evaluation.scores:
+        yield Text(_score_words(evaluation.scores[0]), "bold")
 
 
-def _afterwards(status: RunStatus) -> str:
-    if status.is_finished:
-        again = f"'orchestrator evaluate {shlex.quote(status.run)}' flies its evaluation again"
-        return f"'orchestrator resume {shlex.quote(status.run)}' prints its report, {again}"
-    return _resume(status)
+def _score_words(score: PolicyScore) -> str:
+    """How a policy flew, in a line."""
+    return (
+        f"policy '{score.policy}' over {score.episodes} flights: return {score.total_reward.mean:.1f}, "
+        f"uncertainty {score.uncertainty.mean:.2f}, success {score.success.mean:.0%}, crash {score.crash.mean:.0%}"
+    )
 
 
 def _resume(status: RunStatus) -> str:

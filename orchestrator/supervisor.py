@@ -191,7 +191,7 @@ class Supervisor:
             self._registry.forget(ward.name, life.process.pid)
         code = life.process.exit_code
         # Whoever is not our child does not tell us its exit code; what it made does.
-        if ward.is_done is not None and code in (ExitCode.DONE, None) and ward.is_done(life.process.began):
+        if ward.is_done is not None and code in (ExitCode.DONE, None) and ward.is_done():
             ward.over = True
         elif code == ExitCode.HOPELESS:
             raise ProcessFailed(life.process.obituary())

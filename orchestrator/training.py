@@ -7,12 +7,13 @@ from the processes and files that it left. Where it joins a host, the agent is t
 import logging
 import time
 from collections.abc import Generator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 
 from msgspec import Struct
 
 from orchestrator.elsewhere import NOBODY_ELSEWHERE
+from orchestrator.ending import Ending, ending_by
 from orchestrator.errors import RunBusy
 from orchestrator.fleet import AGENT_PATIENCE, WORKER_PATIENCE, Fleet, end_processes
 from orchestrator.joining import Join, JoinedHost, dismiss
@@ -36,11 +37,10 @@ from orchestrator.stop_request import StopRequest
 from orchestrator.supervisor import Supervisor
 from orchestrator.telemetry import Watch
 from orchestrator.ward import IsDone
-from orchestrator.work_record import Job as WorkKind
-from orchestrator.work_record import noted_work
 from orchestrator.worker_process import WorkerProcess
 from protocol.errors import VantageError
 from protocol.messages import Role
+from protocol.refusal import reason
 from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)
@@ -90,11 +90,11 @@ def train(run: RunDirectory, *, watch: Watch, stop: StopRequest, join: Join | No
         HostLost: it is gone for too long.
         HostNotTold: all is done, and it does not know.
     """
-    with _at_work(run, "train") as sockets:
+    with _at_work(run) as sockets:
         cast = _cast_to_finish(run, sockets, join)
         # Who serves at our sockets now was started on another run of this path, and has loaded what that was told.
         left_behind = LeftBehind((), (*cast.workers, *cast.agents), ())
-        with _telling_how_to_go_on(run, join):
+        with _noting_its_end(run, join):
             _perform(run, sockets, cast, left_behind, watch, stop)
         _dismiss(run, join, watch.display, stop)
 
@@ -110,9 +110,9 @@ def resume(run: RunDirectory, *, watch: Watch, stop: StopRequest, join: Join | N
         # Whoever did it may have been killed before it could say so.
         _dismiss(run, join, watch.display, stop)
         return
-    with _at_work(run, "resume") as sockets:
+    with _at_work(run) as sockets:
         cast = _cast_to_finish(run, sockets, join)
-        with _telling_how_to_go_on(run, join):
+        with _noting_its_end(run, join) if cast.jobs else nullcontext():
             _perform(run, sockets, cast, _left_behind(run, cast), watch, stop)
         _dismiss(run, join, watch.display, stop)
 
@@ -124,10 +124,12 @@ def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopR
         RunBusy: an orchestrator works on it, or its training goes on without one.
         ProcessFailed, DeadlineExceeded, Interrupted: as `train` does.
     """
-    with _at_work(run, "evaluate") as sockets:
+    with _at_work(run) as sockets:
         workers, training = _workers_and_training(run, sockets, None)
         evaluation = evaluation_launch(run.path, workers, sockets, what)
-        cast = Cast(workers, (training, evaluation), (Job(evaluation, "evaluation", run.is_evaluated),))
+        before = run.evaluation()
+        job = Job(evaluation, "evaluation", lambda: run.is_evaluated_since(before))
+        cast = Cast(workers, (training, evaluation), (job,))
         left_behind = _left_behind(run, cast)
         if any(found.launch.name == TRAINING for found in left_behind.in_the_way):
             resumption = f"'orchestrator resume {run.path}'"
@@ -136,14 +138,9 @@ def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopR
 
 
 @contextmanager
-def _at_work(run: RunDirectory, job: WorkKind) -> Generator[Path]:
+def _at_work(run: RunDirectory) -> Generator[Path]:
     """Be the only orchestrator that works on a run, with a log and a directory for sockets, which is given."""
-    with (
-        run.lock(),
-        run_sockets(run.path) as sockets,
-        run_log(run.orchestrator_log),
-        noted_work(run.work_path, job),
-    ):
+    with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
         yield sockets
 
 
@@ -159,7 +156,7 @@ def _cast_to_finish(run: RunDirectory, sockets: Path, join: Join | None) -> Cast
     evaluation = evaluation_launch(run.path, workers, sockets, Evaluate(), join.options if join else ())
     jobs: list[Job] = []
     if not run.is_trained():
-        jobs.append(Job(training, "training", lambda _: run.is_trained()))
+        jobs.append(Job(training, "training", run.is_trained))
     if run.plan().evaluate and not (run.is_trained() and run.is_evaluated()):
         jobs.append(Job(evaluation, "evaluation", run.is_evaluated))
     return Cast(workers, (training, evaluation), tuple(jobs), join)
@@ -177,13 +174,26 @@ def _left_behind(run: RunDirectory, cast: Cast) -> LeftBehind:
 
 
 @contextmanager
-def _telling_how_to_go_on(run: RunDirectory, join: Join | None) -> Generator[None]:
+def _noting_its_end(run: RunDirectory, join: Join | None) -> Generator[None]:
+    """Work on a run, whose end is written down and, where it came before all was done, told with how to go on."""
+    run.begin()
     try:
         yield
-    except VantageError as error:
-        joining = f" --join {join.address}" if join else ""
-        error.add_note(f"go on with the run by 'orchestrator resume {run.path}{joining}'")
+    except BaseException as error:
+        _note(run, ending_by(error, time.time()))
+        if isinstance(error, VantageError):
+            joining = f" --join {join.address}" if join else ""
+            error.add_note(f"go on with the run by 'orchestrator resume {run.path}{joining}'")
         raise
+    _note(run, Ending(time=time.time(), outcome="finished"))
+
+
+def _note(run: RunDirectory, ending: Ending) -> None:
+    try:
+        run.end(ending)
+    except OSError as error:
+        # A full disk may be the very reason; what is known without this file is told.
+        _log.warning("how the run ended can't be written down: %s", reason(error))
 
 
 def _perform(

@@ -4,6 +4,7 @@ import importlib.metadata
 import os
 import platform
 import subprocess
+import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -18,8 +19,14 @@ DISTRIBUTION = "vantage"
 
 
 class Versions(Struct, frozen=True, kw_only=True):
-    """`environment` is what the orchestrator sets for every process of the run, on top of its own."""
+    """What a run was made with.
 
+    Attributes:
+        made: when that was, in seconds since 1970; 0 of what was made before that was written down.
+        environment: what the orchestrator sets for every process of the run, on top of its own.
+    """
+
+    made: float = 0.0
     vantage: str
     commit: str | None
     protocol: int
@@ -37,6 +44,7 @@ class Versions(Struct, frozen=True, kw_only=True):
 def collect_versions(environment: Mapping[str, str]) -> Versions:
     """Versions of all that runs here; `environment` is what the run's processes are given."""
     return Versions(
+        made=time.time(),
         vantage=installed_version(DISTRIBUTION) or "not installed",
         commit=source_commit(Path(__file__).parent),
         protocol=PROTOCOL_VERSION,

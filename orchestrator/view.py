@@ -18,7 +18,8 @@ from protocol.arrays import UInt8Array
 from protocol.artifact import whole_file
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.client import Client
-from protocol.config import EnvironmentConfig, RunConfig, load_config
+from protocol.config import EnvironmentConfig, RunConfig
+from protocol.config_file import load_config
 from protocol.errors import InvalidInput
 from protocol.messages import Perceive, Render, SampleScene
 from protocol.observation import FilterState

@@ -18,8 +18,8 @@ DEPENDS_ON: dict[Role, frozenset[Role]] = {
 }
 """Whom a process of each role can't do without."""
 
-IsDone: TypeAlias = Callable[[float], bool]
-"""Whether what a process was to make is there; told when the process began, in seconds since 1970."""
+IsDone: TypeAlias = Callable[[], bool]
+"""Whether what a process was to make is there, as the record of it says."""
 
 
 @dataclass(slots=True, eq=False)

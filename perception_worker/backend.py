@@ -19,7 +19,7 @@ from perception_worker.single_person_network import (
     SinglePersonKind,
     SinglePersonNetwork,
 )
-from protocol.config import PerceptionConfig, Pixels
+from protocol.config import NETWORK_FILE, PerceptionConfig, Pixels
 from protocol.cores import available_cores
 from protocol.errors import InvalidConfig, Unavailable
 from protocol.home import home_at_hand
@@ -165,10 +165,16 @@ def _file_decides(config: PerceptionConfig) -> bool:
 def _network_file(config: PerceptionConfig) -> Path:
     if config.network is None or config.network in KNOWN:
         return require_network(KNOWN[network_name(config)])
+    known = ", ".join(KNOWN)
+    if not NETWORK_FILE.is_path(config.network):
+        raise InvalidConfig(
+            f"perception.network: there is no network {config.network}; known are {known}, and a file is named with "
+            f"its ending or its folder, as in ./{config.network}"
+        )
     file = Path(config.network)
     if not file.is_file():
         raise InvalidConfig(
-            f"perception.network: there is no file {file}, and no network of this name; known are {', '.join(KNOWN)}"
+            f"perception.network: there is no file {file}, and no network of this name; known are {known}"
         )
     return file
 

@@ -22,13 +22,15 @@ from perception_worker.perceive import Perceiver
 from perception_worker.stopwatch import Clock
 from protocol import Handlers, Pool, Timeouts, logs, serve
 from protocol.camera import Camera, CameraPose, Intrinsics
-from protocol.config import FrameEncoding, PerceptionConfig, RunConfig, load_config, settled
+from protocol.config import FrameEncoding, PerceptionConfig, RunConfig, settled
+from protocol.config_file import load_config, require_recorded_files
 from protocol.enrolment import ADVERTISE_HELP, Enrolment, enrolment_of
 from protocol.errors import InvalidConfig, VantageError
 from protocol.exit_code import ExitCode, logged_exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.frame import ENCODINGS, Frame
 from protocol.messages import Observe, Perceive, Role
+from protocol.named_files import with_absolute_paths
 from protocol.observation import FilterState, Observation
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import add_security_options, security_of
@@ -37,6 +39,9 @@ from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry
 
 _logger = logging.getLogger(__name__)
+
+_SECTION = "perception."
+"""Of the configuration: ours."""
 
 _RENDER_SHARE = 0.75
 """Share of a call's time that rendering may take: then a lost render worker is named in our answer, in time.
@@ -244,7 +249,15 @@ def _config(chosen: argparse.Namespace) -> RunConfig:
     config = RunConfig() if chosen.config is None else load_config(chosen.config)
     instead = {"network": chosen.network, "calibration": chosen.calibration, "frames": chosen.frames}
     given = {name: value for name, value in instead.items() if value is not None}
-    return replace(config, perception=replace(config.perception, **given))
+    instead_of = {f"{_SECTION}{name}" for name in given}
+    told = replace(
+        config,
+        perception=replace(config.perception, **given),
+        artifacts={name: checksum for name, checksum in config.artifacts.items() if name not in instead_of},
+    )
+    require_recorded_files(told, _SECTION)
+    # What the command line says is relative to where we were called; the file's paths are absolute by now.
+    return with_absolute_paths(told, Path.cwd())
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -1,20 +1,19 @@
 """What a run is told to do: one TOML file, a typed section for each room.
 
-The orchestrator reads it once, writes it resolved into the run directory, and starts every process on that copy.
+The orchestrator reads it once, writes it resolved into the run directory, and starts every process on that copy
+(`protocol.config_file`).
 """
 
-from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
-import msgspec
 from msgspec import Meta, Struct, field
 from msgspec.structs import replace
 
+from protocol.artifact import bodies_path
 from protocol.camera import DepthNoise
-from protocol.errors import InvalidConfig
 from protocol.frame import Encoding
+from protocol.named_files import NamedFile
 from protocol.observation import Lifting
-from protocol.text import UNDECODABLE, NotUtf8, utf8_text
 
 FrameEncoding: TypeAlias = Literal["auto", Encoding]
 Profile: TypeAlias = Literal["thesis", "vantage"]
@@ -26,6 +25,11 @@ Fraction: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
 Count: TypeAlias = Annotated[int, Meta(ge=1)]
 ImageSide: TypeAlias = Annotated[int, Meta(ge=64, le=2048, multiple_of=8)]
 CountOrNone: TypeAlias = Annotated[int, Meta(ge=0)]
+Checksum: TypeAlias = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
+
+
+NETWORK_FILE = NamedFile("the network", words=r"\w+")
+"""A word is the name of a network; a path has an ending or a folder."""
 
 
 class _Section(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -77,20 +81,22 @@ class RenderConfig(_Section, frozen=True):
     Attributes:
         threads: the rasteriser's (llvmpipe), 0 for the calling thread alone.
         prefetch: requests in hand at once, so that a new scene is prepared while another is drawn.
+        bodies: a file of baked bodies, or none for the one in the user's cache.
     """
 
     workers: Count = 1
     threads: CountOrNone = 0
     prefetch: Count = 2
-    bodies: str | None = None
+    bodies: Annotated[str, NamedFile("the file of bodies", otherwise=bodies_path)] | None = None
 
 
 class PerceptionConfig(_Section, frozen=True):
-    """Perception workers.
+    """Perception workers. Paths are relative to the configuration's own file.
 
     Attributes:
-        network: the name that one is known by (`orchestrator models list`), an ONNX file of heatmaps and part-affinity
-            fields, or none for the look's own: `openpose_mobilenet_thin`, with `track` five of its six stages.
+        network: the name that one is known by (`orchestrator models list`); an ONNX file of heatmaps and part-affinity
+            fields, whose path has a folder or an ending, since all else is a name; or none for the look's own:
+            `openpose_mobilenet_thin`, with `track` five of its six stages.
         layout: a file's order of joints and fields; `auto` tells it by the number of channels.
         pixels: what a file takes: 0 to 255 (`bgr`), less 128 and divided by 256 (`bgr_centred`), 0 to 1 (`rgb_unit`),
             -1 to 1 (`rgb_signed`), or by ImageNet's means and deviations; `auto` is `bgr` in OpenPose's layout, and
@@ -120,7 +126,7 @@ class PerceptionConfig(_Section, frozen=True):
     """
 
     workers: Count = 1
-    network: str | None = None
+    network: Annotated[str, NETWORK_FILE] | None = None
     layout: Layout = "auto"
     pixels: Literal["auto", Pixels] = "auto"
     backend: Literal["auto", "openvino", "onnxruntime"] = "auto"
@@ -133,8 +139,8 @@ class PerceptionConfig(_Section, frozen=True):
     region_columns: ImageSide | None = None
     peak_threshold: Fraction | None = None
     lifting: Literal["auto", "learned", Lifting] = "auto"
-    lifter: str = "auto"
-    calibration: str = "auto"
+    lifter: Annotated[str, NamedFile("the lifter", words="auto")] = "auto"
+    calibration: Annotated[str, NamedFile("the calibration", words="auto|none")] = "auto"
     mask: Literal["auto", "none", "skeleton"] = "auto"
     prefetch: Count = 4
     frames: FrameEncoding = "auto"
@@ -265,6 +271,8 @@ class RunConfig(_Section, frozen=True):
 
     Attributes:
         profile: whose choices count where a field is left at `auto`: the seed's, or ours where they measured better.
+        artifacts: sha256 of files, each by the name of the setting that takes its path. A run's own copy has that of
+            every file, and with another one the run is not gone on with.
     """
 
     seed: Annotated[int, Meta(ge=0, lt=2**31)] = 0
@@ -277,6 +285,7 @@ class RunConfig(_Section, frozen=True):
     learner: LearnerConfig = LearnerConfig()
     training: TrainingConfig = field(default_factory=TrainingConfig)
     evaluation: EvaluationConfig = field(default_factory=EvaluationConfig)
+    artifacts: dict[str, Checksum] = {}
 
 
 _PERCEPTION: dict[Profile, dict[str, str]] = {
@@ -290,22 +299,3 @@ def settled(config: PerceptionConfig, profile: Profile) -> PerceptionConfig:
     return replace(
         config, **{name: own for name, own in _PERCEPTION[profile].items() if getattr(config, name) == "auto"}
     )
-
-
-def load_config(path: Path) -> RunConfig:
-    """Read a run's configuration.
-
-    Raises:
-        InvalidConfig: the file is missing, is not UTF-8, is no TOML, names an unknown field or has a value out of
-            range.
-    """
-    try:
-        return msgspec.toml.decode(utf8_text(path.read_bytes()), type=RunConfig)
-    except OSError as error:
-        raise InvalidConfig(f"can't read the configuration {path}: {error.strerror}") from error
-    except NotUtf8 as error:
-        raise InvalidConfig(f"{path} {error}") from error
-    except RecursionError as error:
-        raise InvalidConfig(f"{path} is no configuration: it nests its lists or tables too deeply") from error
-    except UNDECODABLE as error:
-        raise InvalidConfig(f"{path}: {error}") from error

@@ -15,6 +15,8 @@ VantageError
 ├── NotPermitted          no key, or not the key for this role
 ├── InvalidConfig         a configuration names an unknown field or an impossible value
 ├── InvalidInput          a value handed to us is out of range (a NaN action, an image of the wrong shape)
+│   ├── OtherArtifact       a file that something was made with is another one now, or gone
+│   └── DamagedRecord       what was written down to go on by lacks something, or can't be read
 ├── InvalidOutput         a network gave what can't be (NaN, an empty map)
 ├── ArtifactError         a file that set-up makes (bodies, networks) can't be used
 │   ├── ArtifactMissing
@@ -86,6 +88,14 @@ class InvalidConfig(VantageError):
 
 class InvalidInput(VantageError):
     """A value handed to us is out of range, such as a NaN action or an image of the wrong shape."""
+
+
+class OtherArtifact(InvalidInput):
+    """A file that something was made with is another one now, or gone; with another it is not gone on with."""
+
+
+class DamagedRecord(InvalidInput):
+    """What was written down to go on by lacks something, or can't be read; the message names the file."""
 
 
 class InvalidOutput(VantageError):

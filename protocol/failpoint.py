@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TypeAlias
 
+from protocol.artifact import whole_file
 from protocol.errors import InvalidInput
 
 LOOK_EVERY = 0.02
@@ -42,10 +43,8 @@ class Failpoints:
     def order(self, place: str, what: str) -> None:
         """Have the next process that reaches `place` do `what`: `kill`, or `wait SECONDS`."""
         _parse(what)
-        self._directory.mkdir(parents=True, exist_ok=True)
-        aside = self._directory / f".{place}.{os.getpid()}"
-        aside.write_text(what, encoding="utf-8")
-        aside.replace(self._directory / place)
+        with whole_file(self._directory / place) as aside:
+            aside.write_text(what, encoding="utf-8")
 
     def is_pending(self, place: str) -> bool:
         """Whether nobody got there yet."""

@@ -94,8 +94,16 @@ class PolicyScore(Struct, frozen=True, kw_only=True):
 
 
 class Evaluation(Struct, frozen=True, kw_only=True):
-    """The evaluation table: the trained policy first, then the baselines, all on the same scenes."""
+    """The evaluation table: the trained policy first, then the baselines, all on the same scenes.
+
+    Attributes:
+        weights: sha256 of the run's weights as they were when it began; none where there were none, nor in records of
+            before that was written down.
+        by: the incarnation of the process that flew it; likewise none before.
+    """
 
     first_seed: int
     success_threshold: float
     scores: tuple[PolicyScore, ...]
+    weights: str | None = None
+    by: str | None = None

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol.arrays import Float32Array, Float64Array, UInt8Array
-from protocol.artifact import cache_directory, require_artifact, whole_file
+from protocol.artifact import BODIES_VERSION, bodies_path, require_artifact, whole_file
 from protocol.errors import ArtifactDamaged
 from protocol.skeleton import Joint
 from render_worker.arrays import IndexArray
@@ -25,7 +25,7 @@ from render_worker.surfaces import Surface
 from render_worker.textures import Spot, spots_of
 
 FORMAT = "vantage-bodies"
-VERSION = 1
+VERSION = BODIES_VERSION
 MADE_BY = "orchestrator bodies bake"
 
 PARTS = ("skin", "tights", "skirt", "long_hair", "left_eye", "right_eye", "lashes")
@@ -129,7 +129,7 @@ class Assets:
 
 def assets_path(configured: str | None = None) -> Path:
     """Where the baked file is: the configured path, or its place in the user's cache."""
-    return Path(configured) if configured else cache_directory() / f"bodies-v{VERSION}.npz"
+    return Path(configured) if configured else bodies_path()
 
 
 def save_assets(path: Path, assets: Assets) -> None:

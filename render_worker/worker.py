@@ -11,7 +11,8 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from protocol.camera import Camera, CameraPose, Intrinsics
-from protocol.config import RunConfig, load_config
+from protocol.config import RunConfig
+from protocol.config_file import load_config, require_recorded_files
 from protocol.enrolment import ADVERTISE_HELP, Enrolment, enrolment_of
 from protocol.errors import VantageError
 from protocol.exit_code import ExitCode, logged_exit_code_of
@@ -49,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     configure(Role.RENDER)
     try:
         run(
-            load_config(options.config) if options.config else RunConfig(),
+            _config(options),
             options.bind,
             membership=enrolment_of(options),
             failpoint=failpoint_of(os.environ),
@@ -60,6 +61,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (VantageError, OSError) as error:
         return logged_exit_code_of(error, logger)
     return ExitCode.DONE
+
+
+def _config(options: argparse.Namespace) -> RunConfig:
+    if options.config is None:
+        return RunConfig()
+    config = load_config(options.config)
+    require_recorded_files(config, "render.")
+    return config
 
 
 def run(

@@ -21,7 +21,7 @@ from orchestrator.chaos.untouched import Untouched, untouched_run
 from orchestrator.live_display import Display, Snapshot
 from orchestrator.run_directory import resolved_toml
 from orchestrator.stop_request import StopRequest
-from protocol.config import load_config
+from protocol.config_file import load_config
 
 HEAD_START = 0.1
 """Seconds that a training goes on after it has waited at a step, and up to as many more, before a fault strikes it: not

@@ -14,7 +14,8 @@ from orchestrator.launch import PROCESS_ENVIRONMENT
 from orchestrator.run_directory import RunDirectory, resolved_toml
 from orchestrator.stop_request import StopRequest
 from orchestrator.versions import collect_versions
-from protocol.config import RunConfig, load_config
+from protocol.config import RunConfig
+from protocol.config_file import load_config, with_checksums
 
 SOURCES = {".py", ".vert", ".frag"}
 ROOMS = ("protocol", "render_worker", "perception_worker", "agent", "orchestrator")
@@ -67,7 +68,7 @@ def _steps(directory: RunDirectory) -> int:
 
 def identity(config: RunConfig) -> str:
     """A short name for all that the outcome of a run depends on: configuration, code, and the packages under it."""
-    digest = hashlib.sha256(resolved_toml(config))
+    digest = hashlib.sha256(resolved_toml(with_checksums(config)))
     for path in _sources():
         digest.update(path.name.encode())
         digest.update(path.read_bytes())

@@ -17,6 +17,7 @@ class ExperimentDirectory(ViewsDirectory[ViewSet], frozen=True):
 
     kind: ClassVar[str] = "experiment"
     views_type: ClassVar[type[ViewSet]] = ViewSet
+    came_later: ClassVar[tuple[str, ...]] = ("poses",)
 
     @property
     def table_path(self) -> Path:

@@ -13,7 +13,7 @@ from orchestrator.experiments.parts import Parts
 from orchestrator.experiments.views import SeededScene, View, ViewSet, camera_of, scenes_of, view
 from orchestrator.experiments.views_directory import what_counts
 from orchestrator.experiments.workers import Rate, Workers
-from orchestrator.run_directory import resolved_toml
+from orchestrator.run_directory import plain_toml
 from orchestrator.versions import Versions
 from orchestrator.view import a_step_before
 from protocol.camera import DepthNoise
@@ -62,7 +62,7 @@ def observe_views(parts: Parts, views: ViewSet, config: RunConfig, workers: Work
 def provenance(config: RunConfig, views: Struct, versions: Versions, capabilities: Mapping[str, str]) -> dict[str, str]:
     """What a table tells of how it was made; nothing of it changes by when or where that was."""
     return {
-        "vantage.config": resolved_toml(what_counts(config)).decode(),
+        "vantage.config": plain_toml(what_counts(config)).decode(),
         "vantage.views": msgspec.json.encode(views).decode(),
         "vantage.version": versions.vantage,
         "vantage.packages": msgspec.json.encode(versions.packages, order="deterministic").decode(),

@@ -13,9 +13,10 @@ from orchestrator.directory_lock import directory_lock
 from orchestrator.errors import NoSuchRun
 from orchestrator.run_directory import LOCK_PATIENCE, resolved_toml
 from protocol.artifact import whole_file
-from protocol.config import RenderConfig, RunConfig, SupervisionConfig, TimeoutsConfig, load_config
+from protocol.config import RenderConfig, RunConfig, SupervisionConfig, TimeoutsConfig
+from protocol.config_file import load_resolved_config, require_recorded_files, with_content_alone
 from protocol.errors import InvalidInput
-from protocol.text import UNDECODABLE
+from protocol.whole_record import read_whole
 
 
 class Views(Protocol):
@@ -40,16 +41,21 @@ class ViewsDirectory(Struct, Generic[ViewsT], frozen=True):
 
     views_type: ClassVar[type[Any]]
 
+    came_later: ClassVar[tuple[str, ...]] = ()
+    """Fields that views of before lack; then they had their defaults."""
+
     @classmethod
     def open_for(cls, path: Path, config: RunConfig, views: ViewsT) -> Self:
         """Make it, or take up the one that was begun with the same configuration and views.
 
         Raises:
             InvalidInput: it was begun with others, or something else is there.
+            OtherArtifact: a file that its configuration names is another one now, or is gone.
         """
         directory = cls(path)
         if not directory.views_path.is_file():
             directory._begin(config, views)
+        require_recorded_files(directory.config())
         for told, wanted, words in (
             (directory.views(), views, f"other views ({directory.views().words}, not {views.words})"),
             (what_counts(directory.config()), what_counts(config), "another configuration (its config.toml)"),
@@ -89,18 +95,15 @@ class ViewsDirectory(Struct, Generic[ViewsT], frozen=True):
         Raises:
             InvalidConfig: the file was damaged.
         """
-        return load_config(self.config_path)
+        return load_resolved_config(self.config_path)
 
     def views(self) -> ViewsT:
         """The views that it was begun with.
 
         Raises:
-            InvalidInput: the file was damaged.
+            DamagedRecord: the file can't be read, or lacks a field.
         """
-        try:
-            return msgspec.json.decode(self.views_path.read_bytes(), type=self.views_type)
-        except (OSError, *UNDECODABLE) as error:
-            raise InvalidInput(f"{self.views_path} can't be read: {error}") from error
+        return read_whole(self.views_path, self.views_type, may_lack=self.came_later)
 
     @contextmanager
     def lock(self) -> Generator[None]:
@@ -123,11 +126,12 @@ class ViewsDirectory(Struct, Generic[ViewsT], frozen=True):
 
 
 def what_counts(config: RunConfig) -> RunConfig:
-    """What answers depend on: neither how many workers there are nor how long they are waited for."""
+    """What answers depend on: not how many workers there are, how long they are waited for, or where files are."""
+    files = with_content_alone(config)
     return replace(
-        config,
-        render=replace(config.render, workers=RenderConfig().workers),
-        perception=replace(config.perception, workers=1, prefetch=1),
+        files,
+        render=replace(files.render, workers=RenderConfig().workers),
+        perception=replace(files.perception, workers=1, prefetch=1),
         timeouts=TimeoutsConfig(),
         supervision=SupervisionConfig(),
     )

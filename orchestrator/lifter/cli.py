@@ -12,7 +12,8 @@ from orchestrator.options import AllowedOption, InsecureOption, JoinOption, KeyO
 from orchestrator.setup_command import run_setup
 from orchestrator.stop_request import stop_on_signals
 from orchestrator.versions import collect_versions
-from protocol.config import RunConfig, load_config
+from protocol.config import RunConfig
+from protocol.config_file import load_config, with_checksums
 from protocol.errors import VantageError
 
 if TYPE_CHECKING:
@@ -61,10 +62,11 @@ def fit(
     from orchestrator.lifter.directory import DEFAULT_PATH, FitDirectory
     from orchestrator.lifter.views import FitViews
 
-    settings = with_workers(load_config(config) if config else RunConfig(), worker_count(workers, join))
+    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
+    told = load_config(config) if config else RunConfig()
+    settings = with_workers(told if host else with_checksums(told), worker_count(workers, join))
     views = FitViews(frames=frames, seed=seed, wide=wide)
     directory = FitDirectory.open_for(out or DEFAULT_PATH, settings, views)
-    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
     _observe(directory, settings, host)
     _run("fit", str(directory.table_path), "--output", str(directory.lifter_path), *_training(epochs, seed))
 

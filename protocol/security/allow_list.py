@@ -1,7 +1,6 @@
 """Which public keys count, and as what: one file, the same on every machine, with nothing secret in it."""
 
 import logging
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -9,6 +8,7 @@ import msgspec
 from msgspec import Meta, Struct
 from msgspec.structs import replace
 
+from protocol.artifact import whole_file
 from protocol.errors import InvalidInput, NotPermitted
 from protocol.messages import Role
 from protocol.process_lock import ProcessLock
@@ -87,13 +87,8 @@ def read_allow_list(path: Path) -> AllowList:
 
 def write_allow_list(allowed: AllowList, path: Path) -> None:
     """Write a list whole or not at all; whoever watches it sees either the old one or the new one."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(f".{path.name}.{os.getpid()}")
-    with aside.open("wb") as file:
-        file.write(msgspec.json.format(msgspec.json.encode(allowed), indent=2) + b"\n")
-        file.flush()
-        os.fsync(file.fileno())
-    aside.replace(path)
+    with whole_file(path) as aside:
+        aside.write_bytes(msgspec.json.format(msgspec.json.encode(allowed), indent=2) + b"\n")
 
 
 class AllowListFile:

@@ -8,6 +8,7 @@ import msgspec
 import zmq
 from msgspec import Meta, Struct
 
+from protocol.artifact import sync_directory
 from protocol.errors import InvalidInput, NotPermitted
 from protocol.messages import Role
 from protocol.security.secret_file import read_secret
@@ -59,6 +60,7 @@ def write_key(key: KeyPair, path: Path) -> None:
         file.write(msgspec.json.format(msgspec.json.encode(key), indent=2) + b"\n")
         file.flush()
         os.fsync(file.fileno())
+    sync_directory(path.parent)
 
 
 def read_key(path: Path) -> KeyPair:

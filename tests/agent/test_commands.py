@@ -7,6 +7,7 @@ from agent.commands import EvaluationStopped, EvaluationWatch, evaluate_run, tra
 from agent.connections import Workers
 from agent.journal import Journal
 from agent.logbook import Clocks
+from protocol.artifact import sha256
 from protocol.errors import ArtifactDamaged, ArtifactMissing, DeadlineExceeded, InvalidConfig, InvalidInput
 from protocol.records import Evaluation, Progress
 from tests.agent.serving import analytic_workers
@@ -51,13 +52,18 @@ def test_a_run_is_trained_and_evaluated_over_sockets(run: Path, tmp_path: Path) 
     assert evaluation is not None
     assert evaluation == msgspec.json.decode((run / "evaluation.json").read_bytes(), type=Evaluation)
     assert [(score.policy, score.episodes) for score in evaluation.scores] == [("sac", 3), ("stay", 3), ("front", 3)]
+    assert evaluation.weights == sha256(run / "weights.safetensors")
 
 
 def test_policies_and_episodes_can_be_chosen(run: Path, tmp_path: Path) -> None:
     with analytic_workers(tmp_path) as workers:
         evaluation = evaluate_run(run, workers, episodes=1, names=("random", "circle"))
+        again = evaluate_run(run, workers, episodes=1, names=("random",))
     assert evaluation is not None
+    assert again is not None
     assert [(score.policy, score.episodes) for score in evaluation.scores] == [("random", 1), ("circle", 1)]
+    assert (evaluation.weights, again.weights) == (None, None)
+    assert evaluation.by != again.by
 
 
 def test_a_policy_that_nobody_knows_is_named_with_those_that_there_are(run: Path) -> None:

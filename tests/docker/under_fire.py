@@ -7,7 +7,7 @@ from typing import Protocol
 
 from orchestrator.chaos.comparison import compare
 from orchestrator.chaos.progress_log import Mark, ProgressLog
-from protocol.config import load_config
+from protocol.config_file import load_config
 from tests.docker.recoveries import RECOVERIES
 from tests.docker.waiting import wait
 

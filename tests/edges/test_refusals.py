@@ -92,7 +92,7 @@ class TestReadOnlyMount:
 
     def test_a_run_that_is_not_finished_can_not_be_gone_on_with(self, command, finished_run, read_only):
         finished_run.summary_path.unlink()
-        assert b"not running" in command("status", finished_run.path, before=read_only(finished_run.path)).stdout
+        assert b"broken off" in command("status", finished_run.path, before=read_only(finished_run.path)).stdout
         done = command("resume", finished_run.path, before=read_only(finished_run.path))
         assert (done.returncode, is_a_sentence(done.stderr)) == (1, True), done.stderr
 

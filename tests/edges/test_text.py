@@ -20,7 +20,8 @@ from orchestrator.run_directory import RunDirectory
 from orchestrator.socket_directory import run_sockets
 from orchestrator.status import run_status
 from orchestrator.versions import collect_versions
-from protocol.config import RunConfig, load_config
+from protocol.config import RunConfig
+from protocol.config_file import load_config
 from protocol.errors import InvalidConfig, NotPermitted, Unavailable
 from protocol.failure import failure_of
 from protocol.logs import JsonLines, json_lines_to
@@ -66,13 +67,20 @@ class TestRecords:
     """Whatever bytes are in a file of records, it is read as damaged and not died of."""
 
     def test_of_a_run_are_passed_over(self, finished_run, content):
+        told = [finished_run.path / name for name in ("config.toml", "plan.json", "versions.json")]
         for path in finished_run.path.iterdir():
-            if path.is_file() and path != finished_run.config_path:
+            if path.is_file() and path not in told:
                 path.write_bytes(content)
-        for path in (finished_run.workers_path, finished_run.restarts_path, finished_run.work_path):
+        for path in (finished_run.workers_path, finished_run.restarts_path, finished_run.ending_path):
             path.write_bytes(content + b"\n")
         status = run_status(finished_run)
-        assert (status.state, status.progress, status.summary, status.result) == ("not running", None, None, None)
+        assert (status.state, status.progress, status.summary, status.evaluation) == ("broken off", None, None, None)
+
+    @pytest.mark.parametrize("name", ["config.toml", "plan.json", "versions.json"])
+    def test_that_tell_a_run_what_to_do_are_damaged(self, finished_run, content, name):
+        (finished_run.path / name).write_bytes(content)
+        status = run_status(finished_run)
+        assert (status.state, name in str(status.reason)) == ("damaged", True)
 
     def test_in_lines_are_passed_over(self, tmp_path, content):
         path = tmp_path / "lines.jsonl"

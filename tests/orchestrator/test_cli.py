@@ -13,7 +13,8 @@ from orchestrator.experiments.directory import ExperimentDirectory
 from orchestrator.experiments.views import ViewSet
 from orchestrator.run_directory import Plan, RunDirectory
 from orchestrator.versions import collect_versions
-from protocol.config import RunConfig, load_config
+from protocol.config import RunConfig
+from protocol.config_file import load_config
 from protocol.messages import Role
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry

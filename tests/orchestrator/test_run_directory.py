@@ -7,18 +7,20 @@ import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from orchestrator.errors import NoSuchRun, RunBusy, RunError, RunExists
 from orchestrator.restart import Restart
 from orchestrator.run_directory import Plan, ProcessRecord, RunDirectory, default_run_path, newest_run, resolved_toml
+from protocol.artifact import sha256
 from protocol.config import EvaluationConfig, PerceptionConfig, RunConfig, TrainingConfig
 from protocol.errors import InvalidConfig
 from protocol.messages import Role
-from protocol.records import Evaluation, Progress, Summary
+from protocol.records import Evaluation, Phase, Progress, Summary
 
 
-def progress(step: int) -> bytes:
-    record = Progress(time=0.0, phase="training", step=step, steps=10, episodes=0, steps_per_second=1.0)
+def progress(step: int, phase: Phase = "training") -> bytes:
+    record = Progress(time=0.0, phase=phase, step=step, steps=10, episodes=0, steps_per_second=1.0)
     return msgspec.json.encode(record)
 
 
@@ -30,7 +32,10 @@ def test_a_new_run_has_its_configuration_its_versions_and_a_place_for_logs(run):
 @given(
     seed=st.integers(0, 2**31 - 1),
     steps=st.integers(1, 10**6),
-    network=st.none() | st.text(st.characters(codec="utf-8", exclude_categories=("Cs", "Cc")), min_size=1),
+    network=st.none()
+    | st.text(st.characters(codec="utf-8", exclude_categories=("Cs", "Cc")), min_size=1).map(
+        lambda name: f"/models/{name}"
+    ),
     baselines=st.sets(st.sampled_from(["stay", "random", "circle", "front"])),
 )
 def test_a_resolved_configuration_reads_back_as_it_was(tmp_path_factory, seed, steps, network, baselines):
@@ -75,18 +80,22 @@ def test_a_directory_without_a_configuration_is_no_run(tmp_path):
 
 
 def test_a_damaged_configuration_of_a_run_is_named(run):
-    run.config_path.write_text("[training]\nstepps = 3\n")
-    with pytest.raises(InvalidConfig, match="stepps"):
+    run.config_path.write_text(run.config_path.read_text().replace("prefill_noise", "prefill_nois"))
+    with pytest.raises(InvalidConfig, match=r"config\.toml is damaged: it lacks training\.prefill_noise"):
         run.config()
 
 
-def test_the_newest_run_is_the_one_that_was_made_last(tmp_path, versions):
-    for name in ("b", "a"):
-        RunDirectory.create(tmp_path / name, RunConfig(), versions)
-    older, newer = tmp_path / "b", tmp_path / "a"
-    later = (older / "config.toml").stat().st_mtime + 10
-    os.utime(newer / "config.toml", (later, later))
-    assert newest_run(tmp_path).path == newer
+def test_the_newest_run_is_the_one_that_was_made_last_whenever_its_files_were_written(tmp_path, versions):
+    for name, made in (("b", 20.0), ("a", 30.0), ("c", 0.0)):
+        RunDirectory.create(tmp_path / name, RunConfig(), replace(versions, made=made))
+        os.utime(tmp_path / name / "config.toml", (100.0 - made, 100.0 - made))
+    assert newest_run(tmp_path).path == tmp_path / "a"
+
+
+def test_of_runs_that_do_not_say_when_they_were_made_the_last_by_name_is_taken(tmp_path, versions):
+    for name in ("full-20261121-080000", "full-20261122-080000", "full-20261120-080000"):
+        RunDirectory.create(tmp_path / name, RunConfig(), replace(versions, made=0.0))
+    assert newest_run(tmp_path).name == "full-20261122-080000"
 
 
 def test_without_runs_there_is_no_newest_one(tmp_path):
@@ -152,16 +161,35 @@ def test_a_training_is_over_only_when_all_its_steps_are_flown(run):
     assert run.is_trained()
 
 
-def test_an_evaluation_counts_only_for_what_was_trained_before_it(run):
-    run.evaluation_path.write_bytes(msgspec.json.encode(Evaluation(first_seed=1, success_threshold=1.6, scores=())))
-    os.utime(run.evaluation_path, (100.0, 100.0))
-    run.summary_path.write_bytes(summary(complete=True))
-    os.utime(run.summary_path, (50.0, 50.0))
-    assert run.is_evaluated()
-    assert run.is_evaluated(since=99.0)
-    assert not run.is_evaluated(since=101.0)
-    os.utime(run.summary_path, (150.0, 150.0))
+def evaluation(**what: str) -> bytes:
+    return msgspec.json.encode(Evaluation(first_seed=1, success_threshold=1.6, scores=(), **what))
+
+
+def test_an_evaluation_counts_for_the_weights_that_it_flew_whenever_files_were_written(run):
+    run.weights_path.write_bytes(b"weights")
+    run.evaluation_path.write_bytes(evaluation(weights=sha256(run.weights_path), by="an agent"))
+    for written in (0.0, 4e9):
+        os.utime(run.evaluation_path, (written, written))
+        assert run.is_evaluated()
+    run.weights_path.write_bytes(b"weights that were trained for longer")
     assert not run.is_evaluated()
+
+
+@pytest.mark.parametrize(("phase", "counts"), [("evaluation", True), ("done", False), ("training", False)])
+def test_an_evaluation_that_names_no_weights_counts_if_an_agent_flew_one_last(run, phase, counts):
+    run.evaluation_path.write_bytes(evaluation())
+    run.progress_path.write_bytes(progress(1, phase) + b"\n")
+    assert run.is_evaluated() == counts
+
+
+def test_an_evaluation_that_was_there_before_is_not_taken_for_a_new_one(run):
+    assert not run.is_evaluated_since(None)
+    run.evaluation_path.write_bytes(evaluation(by="an agent"))
+    before = run.evaluation()
+    assert run.is_evaluated_since(None)
+    assert not run.is_evaluated_since(before)
+    run.evaluation_path.write_bytes(evaluation(by="another"))
+    assert run.is_evaluated_since(before)
 
 
 def test_a_run_is_finished_when_all_that_was_planned_is_done(tmp_path, versions):

@@ -5,13 +5,12 @@ import psutil
 import pytest
 from rich.console import Console
 
-from orchestrator.errors import Interrupted, ProcessFailed
+from orchestrator.ending import Ending
 from orchestrator.restart import Restart
-from orchestrator.run_directory import Plan, ProcessRecord
+from orchestrator.run_directory import ProcessRecord
 from orchestrator.status import moment, run_status, status_view
-from orchestrator.work_record import noted_work
 from orchestrator.worker_process import WorkerProcess
-from protocol.messages import Role
+from protocol.artifact import sha256
 from protocol.records import Evaluation, Interval, PolicyScore, Progress, Summary
 
 
@@ -55,7 +54,7 @@ def test_a_run_that_goes_on_tells_its_phase_and_its_workers_own_words(run, worke
     assert "render-0" in text
 
 
-def test_a_dead_run_is_not_running_and_keeps_its_last_word(run, worker):
+def test_a_run_whose_processes_were_killed_is_broken_off_and_keeps_its_last_word(run, worker):
     run.progress_path.write_bytes(
         msgspec.json.encode(Progress(time=1.0, phase="done", step=9, steps=9, episodes=2, steps_per_second=2.5)) + b"\n"
     )
@@ -64,9 +63,9 @@ def test_a_dead_run_is_not_running_and_keeps_its_last_word(run, worker):
     worker.kill()
     assert worker.wait(30.0)
     status = run_status(run)
-    assert (status.state, status.phase, status.workers[0].state) == ("not running", "done", "not running")
+    assert (status.state, status.phase, status.workers[0].state) == ("broken off", "done", "not running")
     assert status.has_weights
-    assert "not running" in text_of(status).splitlines()[0]
+    assert "broken off" in text_of(status).splitlines()[0]
 
 
 @pytest.mark.slow
@@ -87,30 +86,122 @@ def test_restarts_are_counted_and_replacements_are_not(run, worker):
     assert (status.restarts, status.workers[0].restarts) == ({"render-0": 2}, 2)
 
 
-def test_a_run_that_was_stopped_is_to_be_resumed_and_a_finished_one_is_not(run):
-    def status_after(*, complete: bool) -> str:
-        summary = Summary(
-            steps=1,
-            episodes=1,
-            updates=1,
-            seconds=1.0,
-            steps_per_second=1.0,
-            stages={},
-            late_replies=0,
-            retries=0,
-            complete=complete,
-        )
-        run.summary_path.write_bytes(msgspec.json.encode(summary))
-        return text_of(run_status(run))
+SUMMARY = Summary(
+    steps=1600,
+    episodes=40,
+    updates=1,
+    seconds=192.0,
+    steps_per_second=8.3,
+    stages={},
+    late_replies=0,
+    retries=0,
+)
 
-    (run.path / "plan.json").write_bytes(msgspec.json.encode(Plan(evaluate=False)))
-    assert "it has not come to its end" in status_after(complete=False)
-    assert "it has not come to its end" not in status_after(complete=True)
+
+@pytest.fixture
+def finished(run, worker):
+    """A run that was trained and evaluated, its processes ended, and the last progress said in mid-evaluation."""
+    run.weights_path.write_bytes(b"weights")
+    run.summary_path.write_bytes(msgspec.json.encode(SUMMARY))
+    figure = Interval(0.5, 0.25, 0.75)
+    score = PolicyScore(
+        policy="sac",
+        episodes=5,
+        total_reward=figure,
+        uncertainty=figure,
+        success=figure,
+        crash=figure,
+        length=figure,
+    )
+    evaluation = Evaluation(
+        first_seed=1, success_threshold=1.6, scores=(score,), weights=sha256(run.weights_path), by="an agent"
+    )
+    run.evaluation_path.write_bytes(msgspec.json.encode(evaluation))
+    said = Progress(time=7.0, phase="evaluation", step=1404, steps=1600, episodes=0, steps_per_second=10.4)
+    run.progress_path.write_bytes(msgspec.json.encode(said) + b"\n")
+    run.write_processes([record_of(worker)])
+    worker.kill()
+    assert worker.wait(30.0)
+    return run
+
+
+def test_a_finished_run_tells_what_it_came_to_and_no_progress_as_if_it_were_now(finished):
+    finished.end(Ending(time=1e9, outcome="finished"))
+    status = run_status(finished)
+    assert (status.state, status.ended, status.is_finished) == ("finished", 1e9, True)
+    text = text_of(status)
+    assert f"it has come to its end on {moment(1e9)}" in text
+    assert "trained 1600 steps in 3:12" in text
+    assert "policy 'sac' over 5 flights: return 0.5, uncertainty 0.50, success 50%, crash 50%" in text
+    assert f"weights.safetensors, evaluation.json, logs in {finished.path.resolve()}" in text.replace("\n", "")
+    assert f"'orchestrator evaluate {finished.path}'" in text.replace("\n", "")
+    for stale in ("1404", "steps/s   ", "not running", "go on with it"):
+        assert stale not in text
+
+
+def test_a_finished_run_of_before_endings_were_written_down_ended_about_when_its_agent_spoke_last(finished):
+    status = run_status(finished)
+    assert (status.state, status.ended) == ("finished", 7.0)
+
+
+@pytest.mark.parametrize("outcome", ["stopped", "failed"])
+def test_a_run_that_ended_early_tells_how_far_it_came_why_and_how_to_go_on(finished, outcome):
+    finished.summary_path.unlink()
+    finished.end(Ending(time=1e9, outcome=outcome, reason="agent ended with exit code 2: no more room"))
+    status = run_status(finished)
+    assert (status.state, status.is_finished) == (outcome, False)
+    text = text_of(status)
+    assert "agent ended with exit code 2: no more room" in text
+    assert f"on {moment(1e9)}" in text
+    assert "it came to step 1404 of 1600 in its evaluation" in text
+    assert "10.4 steps/s" not in text
+    assert f"'orchestrator resume {finished.path}'" in text.replace("\n", "")
+
+
+def test_a_run_that_was_stopped_and_is_evaluated_later_ended_with_that(finished):
+    finished.end(Ending(time=6.0, outcome="stopped", reason="somebody asked"))
+    status = run_status(finished)
+    assert (status.state, status.ended, status.reason) == ("finished", 7.0, None)
+
+
+def test_a_run_that_is_taken_up_again_has_not_ended(finished):
+    finished.end(Ending(time=1e9, outcome="stopped", reason="somebody asked"))
+    finished.begin()
+    assert run_status(finished).ended == 7.0
+
+
+def test_a_run_whose_orchestrator_was_killed_when_it_went_on_is_broken_off(finished):
+    finished.summary_path.unlink()
+    finished.end(Ending(time=1e9, outcome="failed", reason="render-0 died"))
+    finished.begin()
+    status = run_status(finished)
+    assert (status.state, status.ended, status.reason) == ("broken off", 7.0, None)
+    text = text_of(status)
+    assert "its orchestrator was killed" in text
+    assert f"last heard of on {moment(7.0)}" in text
+    assert f"it has not come to its end: go on with it by 'orchestrator resume {finished.path}'" in text.replace(
+        "\n", ""
+    )
+
+
+def test_a_run_of_a_time_that_no_calendar_has_is_shown_all_the_same(run):
+    said = Progress(time=1e300, phase="training", step=404, steps=1600, episodes=3, steps_per_second=10.4)
+    run.progress_path.write_bytes(msgspec.json.encode(said) + b"\n")
+    assert "1e+300 s after 1970" in text_of(run_status(run)).replace("\n", "")
+
+
+@pytest.mark.parametrize("name", ["config.toml", "plan.json", "versions.json"])
+def test_a_damaged_run_says_what_is_damaged(finished, name):
+    (finished.path / name).write_bytes(b"")
+    status = run_status(finished)
+    assert status.state == "damaged"
+    assert name in str(status.reason)
 
 
 def test_a_run_that_never_began_says_so(run):
     status = run_status(run)
-    assert (status.state, status.phase, status.workers) == ("not running", None, ())
+    assert (status.state, status.phase, status.workers) == ("broken off", None, ())
+    assert "nobody has begun it" in text_of(status)
     assert "has not said anything" in text_of(status)
 
 
@@ -126,81 +217,3 @@ def test_looking_leaves_no_thread_and_no_file(run, worker, wait_until):
 
 def thread_ids() -> set[int]:
     return {thread.id for thread in psutil.Process().threads()}
-
-
-class TestAfterwards:
-    """Of a run that nobody works on any more."""
-
-    @pytest.fixture(autouse=True)
-    def _left_in_the_middle(self, run):
-        progress = Progress(time=1e9, phase="training", step=404, steps=1600, episodes=3, steps_per_second=10.4)
-        run.progress_path.write_bytes(msgspec.json.encode(progress) + b"\n")
-        run.write_processes([ProcessRecord(name="a", role=Role.AGENT, address=None, pid=1, started=0.0, log="logs/a")])
-
-    def test_one_that_came_to_its_end_says_when_with_what_and_where(self, run):
-        summary = Summary(
-            steps=1600,
-            episodes=16,
-            updates=9,
-            seconds=83.0,
-            steps_per_second=19.0,
-            stages={},
-            late_replies=0,
-            retries=0,
-        )
-        half = Interval(0.5, 0.4, 0.6)
-        score = PolicyScore(
-            policy="sac", episodes=16, total_reward=half, uncertainty=half, success=half, crash=half, length=half
-        )
-        with noted_work(run.work_path, "train", wall_clock=lambda: 1e9):
-            run.weights_path.touch()
-            run.summary_path.write_bytes(msgspec.json.encode(summary))
-            evaluation = Evaluation(first_seed=1, success_threshold=1.6, scores=(score,))
-            run.evaluation_path.write_bytes(msgspec.json.encode(evaluation))
-        with pytest.raises(ProcessFailed), noted_work(run.work_path, "evaluate", wall_clock=lambda: 2e9):
-            raise ProcessFailed("render-0 died")
-        status = run_status(run)
-        assert (status.state, status.ended, status.reason) == ("finished", 1e9, "")
-        text = text_of(status)
-        assert "404" not in text
-        assert "not running" not in text
-        assert f"it has come to its end on {moment(1e9)}" in text
-        assert "trained 1600 steps in 1:23" in text
-        assert "policy 'sac' over 16 flights: return 0.5, uncertainty 0.50, success 50%, crash 50%" in text
-        assert "weights.safetensors, evaluation.json, logs in" in text
-        assert "'orchestrator evaluate" in text
-
-    @pytest.mark.parametrize(
-        ("error", "state"),
-        [(Interrupted("training was stopped on request"), "stopped"), (ProcessFailed("render-0 died"), "failed")],
-    )
-    def test_one_that_did_not_says_how_far_it_came_why_it_ended_and_how_to_go_on(self, run, error, state):
-        with pytest.raises(type(error)), noted_work(run.work_path, "train"):
-            raise error
-        status = run_status(run)
-        assert (status.state, status.reason) == (state, str(error))
-        text = text_of(status)
-        assert str(error) in text
-        assert "it came to step 404 of 1600 in its training" in text
-        assert "go on with it by 'orchestrator resume" in text
-        assert "10.4 steps/s" not in text
-
-    def test_one_whose_orchestrator_was_killed_says_so(self, run):
-        with noted_work(run.work_path, "train"):
-            written = run.work_path.read_bytes()
-        run.work_path.write_bytes(written)
-        status = run_status(run)
-        assert status.state == "killed"
-        assert "its orchestrator was killed" in text_of(status)
-
-    def test_going_on_with_it_is_what_counts(self, run):
-        with pytest.raises(ProcessFailed), noted_work(run.work_path, "train"):
-            raise ProcessFailed("render-0 died")
-        with pytest.raises(Interrupted), noted_work(run.work_path, "resume"):
-            raise Interrupted("stopped on request")
-        assert run_status(run).state == "stopped"
-
-    def test_one_of_a_time_that_no_calendar_has_is_shown_all_the_same(self, run):
-        progress = Progress(time=1e300, phase="training", step=404, steps=1600, episodes=3, steps_per_second=10.4)
-        run.progress_path.write_bytes(msgspec.json.encode(progress) + b"\n")
-        assert "1e+300 s after 1970" in text_of(run_status(run))

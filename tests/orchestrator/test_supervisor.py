@@ -117,7 +117,7 @@ def test_a_stopped_worker_is_killed_and_replaced(care, launch):
 @pytest.mark.slow
 def test_an_agent_that_was_stopped_before_it_was_ever_heard_of_is_killed_and_replaced(care, tmp_path):
     cared = care(IMPATIENT)
-    first = cared.supervisor.start(agent("import time; time.sleep(600)"), lambda _: False)
+    first = cared.supervisor.start(agent("import time; time.sleep(600)"), lambda: False)
     os.kill(first.pid, signal.SIGSTOP)
     cared.look_until(lambda: cared.noted)
     assert first.exit_code == -signal.SIGKILL
@@ -245,21 +245,21 @@ def test_an_agent_is_started_again_until_its_work_is_done(care, tmp_path):
     cared = care()
     code = f"import pathlib, os; p = pathlib.Path({str(done)!r}); p.touch() if p.with_name('once').exists() else None; "
     code += "p.with_name('once').touch(); os.kill(os.getpid(), 9) if not p.exists() else None"
-    cared.supervisor.start(agent(code), lambda _: done.exists())
+    cared.supervisor.start(agent(code), lambda: done.exists())
     cared.look_until(lambda: cared.supervisor.is_over("agent"))
     assert [restart.process for restart in cared.noted] == ["agent"]
 
 
 def test_an_agent_that_ends_in_peace_before_its_work_is_done_is_started_again(care, tmp_path):
     cared = care(restarts=1)
-    cared.supervisor.start(agent("pass"), lambda _: False)
+    cared.supervisor.start(agent("pass"), lambda: False)
     with pytest.raises(RestartsExhausted, match="agent ended with exit code 0 without a word"):
         cared.look_until(lambda: False)
 
 
 def test_an_agent_that_fails_after_its_work_was_written_is_started_again(care):
     cared = care(restarts=1)
-    cared.supervisor.start(agent("raise SystemExit(3)"), lambda _: True)
+    cared.supervisor.start(agent("raise SystemExit(3)"), lambda: True)
     cared.look_until(lambda: cared.noted)
     assert not cared.supervisor.is_over("agent")
 
@@ -294,7 +294,7 @@ def test_an_adopted_agent_is_done_when_its_work_is_there(care, tmp_path):
     working = agent(f"import pathlib, time\nwhile not pathlib.Path({str(done)!r}).exists(): time.sleep(0.02)")
     earlier = WorkerProcess.start(working, tmp_path / "agent.jsonl", {})
     cared = care(left_behind=LeftBehind((), [working], {"agent"}))
-    assert cared.supervisor.start(working, lambda _: done.exists()).pid == earlier.pid
+    assert cared.supervisor.start(working, lambda: done.exists()).pid == earlier.pid
     done.touch()
     assert earlier.wait(PATIENCE)
     cared.look_until(lambda: cared.supervisor.is_over("agent"))
@@ -314,7 +314,7 @@ def test_an_agent_whose_workers_elsewhere_are_gone_is_not_taken_for_one_that_nev
             clock=lambda: float(next(seconds)),
         ) as supervisor,
     ):
-        agent_process = supervisor.start(agent("import time; time.sleep(600)"), lambda _: False)
+        agent_process = supervisor.start(agent("import time; time.sleep(600)"), lambda: False)
         for _ in range(50):
             supervisor.look()
         assert (agent_process.is_running, noted) == (True, [])

@@ -2,7 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from protocol.config import PerceptionConfig, RunConfig, load_config, settled
+from protocol.config import PerceptionConfig, RunConfig, settled
+from protocol.config_file import load_config
 from protocol.errors import InvalidConfig
 
 CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.toml"))

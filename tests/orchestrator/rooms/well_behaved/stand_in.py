@@ -8,7 +8,7 @@ import numpy as np
 
 from protocol import Handlers, Timeouts, serve
 from protocol.camera import Camera, project
-from protocol.config import load_config
+from protocol.config_file import load_config
 from protocol.enrolment import Enrolment
 from protocol.frame import Frame
 from protocol.logs import configure

@@ -12,7 +12,8 @@ from pathlib import Path
 import msgspec
 
 from protocol import Pool, Timeouts
-from protocol.config import RunConfig, load_config
+from protocol.config import RunConfig
+from protocol.config_file import load_config
 from protocol.failpoint import Failpoint, failpoint_of
 from protocol.incarnation import new_incarnation
 from protocol.logs import configure

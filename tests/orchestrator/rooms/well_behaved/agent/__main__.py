@@ -11,7 +11,9 @@ from types import FrameType
 import msgspec
 
 from protocol import Pool, Timeouts
-from protocol.config import RunConfig, load_config
+from protocol.artifact import checksum_if_there, whole_file
+from protocol.config import RunConfig
+from protocol.config_file import load_config
 from protocol.errors import CallFailed, VantageError
 from protocol.exit_code import exit_code_of
 from protocol.incarnation import new_incarnation
@@ -96,7 +98,8 @@ def train(run: Path, config: RunConfig, render: Pool, flight: Flight) -> None:
         retries=0,
         complete=step >= steps,
     )
-    (run / "summary.json").write_bytes(msgspec.json.encode(summary))
+    with whole_file(run / "summary.json") as aside:
+        aside.write_bytes(msgspec.json.encode(summary))
 
 
 def fly(run: Path, steps: int) -> None:
@@ -131,8 +134,15 @@ def evaluate(run: Path, config: RunConfig, names: list[str] | None, flights: int
         )
         for policy in policies
     )
-    evaluation = Evaluation(first_seed=config.evaluation.first_seed, success_threshold=1.6, scores=scores)
-    (run / "evaluation.json").write_bytes(msgspec.json.encode(evaluation))
+    evaluation = Evaluation(
+        first_seed=config.evaluation.first_seed,
+        success_threshold=1.6,
+        scores=scores,
+        weights=checksum_if_there(run / "weights.safetensors"),
+        by=INCARNATION,
+    )
+    with whole_file(run / "evaluation.json") as aside:
+        aside.write_bytes(msgspec.json.encode(evaluation))
 
 
 def parsed_options() -> argparse.Namespace:
