@@ -35,11 +35,6 @@ class ProcessHandle(Protocol):
         ...
 
     @property
-    def began(self) -> float:
-        """When it began, in seconds since 1970; at worst a second late: what was there before was not made by it."""
-        ...
-
-    @property
     def is_running(self) -> bool:
         """Whether it still runs; false also for one that has ended and is not yet buried."""
         ...
@@ -62,7 +57,6 @@ class Child:
     """
 
     def __init__(self, command: Sequence[str], log: Path, environment: Mapping[str, str]) -> None:
-        self.began = time.time()
         with log.open("ab") as output:
             self._child = subprocess.Popen(
                 command,
@@ -105,8 +99,6 @@ class Foundling:
         self.pid = process.pid
         self.started_at = process_start(process.pid)
         self.started = creation_time(process.pid)
-        # The system counts from the second in which it was booted.
-        self.began = self.started + 1.0
 
     @property
     def is_running(self) -> bool:

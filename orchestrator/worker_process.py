@@ -72,11 +72,6 @@ class WorkerProcess:
         return self._handle.started
 
     @property
-    def began(self) -> float:
-        """When it began, in seconds since 1970: what was there before was not made by it."""
-        return self._handle.began
-
-    @property
     def exit_code(self) -> int | None:
         """None while it runs, and for an adopted one for ever; negative where a signal ended it."""
         return self._handle.exit_code
