@@ -12,6 +12,7 @@ from protocol.camera import Camera
 from protocol.frame import Encoding, Frame
 from protocol.message import Reply, Request
 from protocol.observation import FilterState, Lifting, Observation
+from protocol.quantities import Interval
 from protocol.region import Region, require_in_picture
 from protocol.scene import MOST_BYSTANDERS, Poses, Scene, Split
 
@@ -48,7 +49,7 @@ class Welcome(Reply, frozen=True, eq=False, kw_only=True):
     role: Role
     incarnation: str
     capabilities: dict[str, str] = {}
-    heartbeat: float
+    heartbeat: Interval
 
 
 class Hello(Request[Welcome], frozen=True, eq=False, kw_only=True):
