@@ -11,7 +11,6 @@ from agent.eyes import Eyes
 from agent.flight import Flight, camera_of, earn, move, see, take_off
 from agent.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
 from agent.stages import StageTimes, times_of
-from agent.workspace import require_room_to_start
 from protocol.arrays import Float32Array
 from protocol.config import EnvironmentConfig
 from protocol.scene import Split
@@ -29,7 +28,6 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
 
     def __init__(self, eyes: Eyes, config: EnvironmentConfig | None = None, split: Split = "train") -> None:
         self.config = config or EnvironmentConfig()
-        require_room_to_start(self.config)
         self.observation_space = observation_space()
         self.action_space = action_space()
         self._eyes = eyes

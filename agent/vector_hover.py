@@ -25,7 +25,6 @@ from agent.looking import Looking, look_from
 from agent.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
 from agent.stages import StageTimes
 from agent.upcoming import Upcoming
-from agent.workspace import require_room_to_start
 from protocol.arrays import Float32Array, Float64Array
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
@@ -78,7 +77,6 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         if autoreset_mode is AutoresetMode.NEXT_STEP:
             raise InvalidInput("a flight is followed by the next in the same step, or not at all")
         self.config = config or EnvironmentConfig()
-        require_room_to_start(self.config)
         self.num_envs = num_envs or self.config.num_envs
         self.metadata = {"render_modes": [], "autoreset_mode": autoreset_mode}
         self.single_observation_space = observation_space()

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import msgspec
+import psutil
 import tomli_w
 from msgspec import Struct
 
@@ -75,9 +76,11 @@ class RunDirectory(Struct, frozen=True):
         """Make a new run.
 
         Raises:
+            InvalidConfig: this machine has not the memory that the run asks for.
             RunExists: something is at `path` already.
             RunError: the system would not make it.
         """
+        config.require_memory(psutil.virtual_memory().total)
         if path.exists():
             raise RunExists(f"{path} exists already, and a run is never overwritten; {_instead_of_making(path)}")
         try:
