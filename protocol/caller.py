@@ -1,6 +1,5 @@
 """What a client of one worker and a pool of several have in common: calls go in, futures come out."""
 
-import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -19,6 +18,7 @@ from protocol.limits import Limits
 from protocol.message import ReplyT, Request
 from protocol.messages import Drain, Hello, Ping, Pong, Role, State, Welcome
 from protocol.pending import Pending
+from protocol.quantities import MOST_SECONDS
 from protocol.security import LOCAL_ONLY, Security
 from protocol.sockets import Context, new_context
 from protocol.timeouts import Timeouts
@@ -136,7 +136,7 @@ class Caller:
         self, request: Request[ReplyT], deadline: float | None, target: str | None, *, at_once: bool
     ) -> Pending[ReplyT]:
         timeout = self._timeouts.call if deadline is None else deadline
-        if not math.isfinite(timeout):
+        if not -MOST_SECONDS <= timeout <= MOST_SECONDS:
             raise InvalidInput(f"a deadline is a number of seconds, not {timeout}")
         pending: Pending[ReplyT] = Pending()
         call = Call(

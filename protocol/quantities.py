@@ -16,7 +16,7 @@ FARTHEST_IN_SCENE = 1e4
 _MOST_TURNS = 1e6
 """Radians. A yaw may go on counting; so many turns still have a sine that is right."""
 
-_MOST_SECONDS = 1e10
+MOST_SECONDS = 1e10
 """Three hundred years: as good as for ever, and still a time that every clock can be asked for."""
 
 Coordinate: TypeAlias = Annotated[float, Meta(ge=-FARTHEST_IN_SCENE, le=FARTHEST_IN_SCENE)]
@@ -43,14 +43,20 @@ FocalLength: TypeAlias = Annotated[float, Meta(ge=1e-3, le=1e6)]
 PixelCoordinate: TypeAlias = Annotated[float, Meta(ge=-1e6, le=1e6)]
 """Pixels from the middle of the picture's first pixel."""
 
-Seconds: TypeAlias = Annotated[float, Meta(ge=0.0, le=_MOST_SECONDS)]
+Seconds: TypeAlias = Annotated[float, Meta(ge=0.0, le=MOST_SECONDS)]
 """A time that passes."""
 
-Measured: TypeAlias = Annotated[float, Meta(ge=-_MOST_SECONDS, le=_MOST_SECONDS)]
+Measured: TypeAlias = Annotated[float, Meta(ge=-MOST_SECONDS, le=MOST_SECONDS)]
 """Seconds as a difference of clocks tells them: what took next to nothing may come out below 0."""
 
-Interval: TypeAlias = Annotated[float, Meta(gt=0.0, le=_MOST_SECONDS)]
+Interval: TypeAlias = Annotated[float, Meta(gt=0.0, le=MOST_SECONDS)]
 """Seconds between two of something."""
+
+Tally: TypeAlias = Annotated[int, Meta(ge=0)]
+"""How many, or how much."""
+
+Factor: TypeAlias = Annotated[float, Meta(ge=0.0, le=1e6)]
+"""By which something fitted is multiplied."""
 
 Seed: TypeAlias = Annotated[int, Meta(ge=0, le=2**63 - 1)]
 """What NumPy's generators are seeded with."""
