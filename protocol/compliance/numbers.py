@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import msgspec
 import numpy as np
@@ -77,8 +77,8 @@ def _numbers(value: Any, path: Path) -> Iterator[Number]:
             if array.dtype.startswith("float") and math.prod(array.shape):
                 yield Number(path, array=array)
         case dict() | list():
-            items: Any = value.items() if isinstance(value, dict) else enumerate(value)
-            for key, inner in items:
+            inside = cast("dict[str, Any] | list[Any]", value)
+            for key, inner in inside.items() if isinstance(inside, dict) else enumerate(inside):
                 yield from _numbers(inner, (*path, key))
         case _:
             pass
