@@ -37,6 +37,7 @@ BROKEN = {
     "takes_any_value_for_its_own_mistake": {
         "test_a_number_that_can_t_be_is_refused_by_name",
         "test_any_number_brings_an_answer_or_a_refusal",
+        "test_a_region_that_is_not_in_the_picture_is_refused_or_passed_over",
     },
     "takes_any_number": {"test_more_requests_than_a_worker_takes_are_refused_at_once"},
     "takes_work_while_draining": {"test_drain_finishes_what_is_in_hand_and_takes_no_more"},
