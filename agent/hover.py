@@ -1,14 +1,16 @@
 """`vantage/Hover-v0`: fly to where a person's pose is seen with certainty (seed, section 4.3)."""
 
-from typing import Any
+from typing import Any, SupportsIndex
 
 import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
 
-from agent.episode_seeds import drawn_seed
+from agent.episode_seeds import drawn_seed, require_seed
 from agent.eyes import Eyes
 from agent.flight import Flight, camera_of, earn, move, see, take_off
+from agent.made_with import require_no_rendering, require_split
+from agent.reset_options import require_no_options
 from agent.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
 from agent.stages import StageTimes, times_of
 from protocol.arrays import Float32Array
@@ -26,7 +28,23 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
 
     metadata = {"render_modes": []}
 
-    def __init__(self, eyes: Eyes, config: EnvironmentConfig | None = None, split: Split = "train") -> None:
+    def __init__(
+        self,
+        eyes: Eyes,
+        config: EnvironmentConfig | None = None,
+        split: Split = "train",
+        render_mode: str | None = None,
+    ) -> None:
+        """Refuse what can't be had.
+
+        Args:
+            render_mode: Gymnasium's; there is none but None.
+
+        Raises:
+            InvalidInput: another split, or a render mode.
+        """
+        require_no_rendering(render_mode)
+        require_split(split)
         self.config = config or EnvironmentConfig()
         self.observation_space = observation_space()
         self.action_space = action_space()
@@ -35,11 +53,18 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
         self.flight: Flight | None = None
 
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+        self, *, seed: SupportsIndex | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Float32Array, dict[str, Any]]:
-        """Begin the episode of `seed`, or of one drawn from the last seed that was given."""
-        super().reset(seed=seed, options=options)
-        episode_seed = drawn_seed(self.np_random) if seed is None else seed
+        """Begin the episode of `seed`, or of one drawn from the last seed that was given.
+
+        Raises:
+            InvalidInput: the seed is no whole number from 0 on, or there are options.
+            CallFailed: no worker answered.
+        """
+        require_no_options(options)
+        given = None if seed is None else require_seed(seed)
+        super().reset(seed=given)
+        episode_seed = drawn_seed(self.np_random) if given is None else given
         flight = take_off(self.config, episode_seed, self._eyes.sample(episode_seed, self._split))
         self.flight, times = self._look(flight)
         return observed(self.flight), info_of(self.flight, times)
@@ -55,7 +80,8 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
             raise ResetNeeded("the episode is over, or none was begun: call reset() first")
         flight = move(self.config, self.flight, require_actions(action, (ACTION_SIZE,)))
         flight, times = (flight, StageTimes({})) if flight.ended_badly else self._look(flight)
-        self.flight, reward = earn(self.config, flight)
+        flight, reward = earn(self.config, flight)
+        self.flight = flight
         return observed(flight), reward, flight.ended_badly, flight.outcome == "truncated", info_of(flight, times)
 
     def _look(self, flight: Flight) -> tuple[Flight, StageTimes]:

@@ -49,7 +49,14 @@ def open_training(
         journal = opened.enter_context(_open_journal(run, newest, observer))
         records = Records(run=run, journal=journal, replay=replay, checkpoints=checkpoints)
         training = Training(
-            config, env=env, learner=learner, records=records, clocks=clocks, stop=stop, observer=observer
+            config,
+            env=env,
+            learner=learner,
+            records=records,
+            clocks=clocks,
+            stop=stop,
+            failpoint=failpoint,
+            observer=observer,
         )
         if newest is not None:
             training.restore(newest)

@@ -37,6 +37,7 @@ from protocol.arrays import Float32Array
 from protocol.config import RunConfig
 from protocol.dispatcher import Statistics as CallStatistics
 from protocol.errors import CallFailed
+from protocol.failpoint import Failpoint, no_failpoint
 from protocol.records import Phase, Summary
 
 _log = logging.getLogger(__name__)
@@ -75,7 +76,11 @@ class _UnderWay(Struct, frozen=True, eq=False):
 
 
 class Training:
-    """One training of one learner, in a run directory."""
+    """One training of one learner, in a run directory.
+
+    Args:
+        failpoint: reached at `step-N` before each step, where N environment steps were flown, over all phases.
+    """
 
     def __init__(
         self,
@@ -86,9 +91,11 @@ class Training:
         records: Records,
         clocks: Clocks,
         stop: Callable[[], bool],
+        failpoint: Failpoint = no_failpoint,
         observer: Observer = NOBODY,
     ) -> None:
         self._config = config
+        self._reach = failpoint
         self._observer = observer
         self._env = env
         self._learner = learner
@@ -162,6 +169,7 @@ class Training:
         self._logbook.begin(self._phase, name, steps, done=self._done)
         self._logbook.write_progress()
         while self._done < steps and not self._stop():
+            self._reach(f"step-{self._logbook.flown}")
             begun = self._clocks.steady()
             self._step(policy, last=self._done + self._env.num_envs >= steps)
             self._done += self._env.num_envs

@@ -6,7 +6,7 @@ The first picture of the episode that begins next is asked for while the others 
 may fly on while those of the others come, so that the workers never wait for whoever decides.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -16,16 +16,18 @@ from gymnasium.vector.utils import batch_space
 from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
-from agent.episode_seeds import drawn_seed, episode_seed
+from agent.episode_seeds import GivenSeed, drawn_seed, episode_seed, require_seeds
 from agent.eyes import Eyes
 from agent.flight import Flight, earn, move, take_off
 from agent.flight_state import flight_of, flight_state
 from agent.hover import info_of
 from agent.looking import Looking, look_from
+from agent.made_with import require_autoreset, require_drones, require_no_rendering, require_split
+from agent.reset_options import reset_mask
 from agent.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
 from agent.stages import StageTimes
 from agent.upcoming import Upcoming
-from protocol.arrays import Float32Array, Float64Array
+from protocol.arrays import BoolArray, Float32Array, Float64Array
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.scene import Split
@@ -72,13 +74,26 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         num_envs: int | None = None,
         config: EnvironmentConfig | None = None,
         split: Split = "train",
-        autoreset_mode: AutoresetMode = AutoresetMode.SAME_STEP,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
+        render_mode: str | None = None,
     ) -> None:
-        if autoreset_mode is AutoresetMode.NEXT_STEP:
-            raise InvalidInput("a flight is followed by the next in the same step, or not at all")
+        """Refuse what can't be had.
+
+        Args:
+            num_envs: drones; the configuration's, if none is given.
+            autoreset_mode: whether a flight is followed by the next in the same step, or not at all; Gymnasium's, or
+                its name there.
+            render_mode: Gymnasium's; there is none but None.
+
+        Raises:
+            InvalidInput: another split, number of drones or autoreset mode, or a render mode.
+        """
+        require_no_rendering(render_mode)
+        require_split(split)
+        mode = require_autoreset(autoreset_mode)
         self.config = config or EnvironmentConfig()
-        self.num_envs = num_envs or self.config.num_envs
-        self.metadata = {"render_modes": [], "autoreset_mode": autoreset_mode}
+        self.num_envs = self.config.num_envs if num_envs is None else require_drones(num_envs)
+        self.metadata = {"render_modes": [], "autoreset_mode": mode}
         self.single_observation_space = observation_space()
         self.single_action_space = action_space()
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -86,29 +101,44 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         self.flights: tuple[Flight, ...] = ()
         self._eyes = eyes
         self._split: Split = split
-        self._follows = autoreset_mode is AutoresetMode.SAME_STEP
+        self._follows = mode is AutoresetMode.SAME_STEP
         self._run_seed = 0
         self._begun = 0
         self._upcoming = Upcoming()
         self._drop_steps()
 
     def reset(
-        self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None
+        self, *, seed: GivenSeed = None, options: dict[str, Any] | None = None
     ) -> tuple[Float32Array, dict[str, Any]]:
-        """Begin an episode on every drone.
+        """Begin an episode on every drone, or on some.
 
         Args:
             seed: the run's, from which follow those of its episodes 0, 1, 2, …; or the first episodes' own, one a
-                drone; or none, to go on with the run's next episodes.
+                drone; or none, to go on with the run's next episodes, as does a drone whose own is None.
+            options: `{"reset_mask": (n,) bool}` begins an episode on the drones for which it is true: each the one
+                that it would begin by this seed if all did. The others fly on as if nothing were; infos tell of those
+                that began. Gymnasium's own vector environments do the same.
+
+        Raises:
+            InvalidInput: a seed is no whole number from 0 on, or one is missing; there is another option, or the mask
+                is none. The episodes stand as they were.
+            ResetNeeded: some drones are to begin anew before all have begun.
+            AlreadyPendingCallError: some are to while a step of all is under way.
+            CallFailed: a picture did not come; the flights stand as they were.
         """
+        seeds, begins = require_seeds(seed, self.num_envs), reset_mask(options, self.num_envs)
+        self._require_others_at_rest(begins)
         self._drop_steps()
         self._upcoming.forget()
-        if not isinstance(seed, Sequence):
-            self._begin_run(None if seed is None else int(seed))
-        looking = [self._looking(self._taken_off(one)) for one in self._first_seeds(seed)]
-        landed = [self._land(_UnderWay(one, None, flew=False)) for one in looking]
-        self.flights = tuple(step.flight for step in landed)
-        self._begun += self.num_envs
+        if not isinstance(seeds, list) or (None in seeds and not self.flights):
+            self._begin_run(seeds if isinstance(seeds, int) else None)
+        numbered = self._first_seeds(seeds, begins)
+        looking = {drone: self._looking(self._taken_off(one)) for drone, one in numbered.items()}
+        landed = {drone: self._land(_UnderWay(one, None, flew=False)) for drone, one in looking.items()}
+        self.flights = tuple(
+            landed[drone].flight if drone in landed else self.flights[drone] for drone in range(self.num_envs)
+        )
+        self._begun += self.num_envs if isinstance(seeds, int) else len(landed)
         return self.observations, self._infos(landed)
 
     @property
@@ -201,7 +231,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
             np.array([step.reward for step in landed]),
             np.array([step.flew and step.flight.ended_badly for step in landed]),
             np.array([step.flew and step.flight.outcome == "truncated" for step in landed]),
-            self._infos(landed),
+            self._infos(dict(enumerate(landed))),
         )
 
     def step(self, actions: ArrayLike) -> StepResult:
@@ -226,12 +256,24 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
             "single_actions": self.single_action_space.np_random,
         }
 
-    def _first_seeds(self, seed: int | Sequence[int] | None) -> list[int]:
-        if isinstance(seed, Sequence):
-            if len(seed) != self.num_envs:
-                raise InvalidInput(f"{len(seed)} seeds were given for {self.num_envs} drones")
-            return list(seed)
-        return [episode_seed(self._run_seed, self._begun + index) for index in range(self.num_envs)]
+    def _first_seeds(self, given: int | list[int | None] | None, begins: BoolArray) -> dict[int, int]:
+        """The seeds of the episodes that drones begin, by drone; where a run begins, a drone's number is its place."""
+        drones = np.flatnonzero(begins).tolist()
+        own = given if isinstance(given, list) else [None] * self.num_envs
+        seeds: dict[int, int] = {}
+        for nth, drone in enumerate(drones):
+            named, number = own[drone], self._begun + (drone if isinstance(given, int) else nth)
+            seeds[drone] = episode_seed(self._run_seed, number) if named is None else named
+        return seeds
+
+    def _require_others_at_rest(self, begins: BoolArray) -> None:
+        """Refuse to begin some drones' episodes where those of the others aren't between two steps."""
+        if begins.all():
+            return
+        if not self.flights:
+            raise ResetNeeded("no episode was begun: call reset() for all drones first")
+        if self.is_under_way:
+            raise AlreadyPendingCallError("a step is under way: call receive() first", "reset")
 
     def _sent(self, flights: Sequence[Flight], velocities: Float64Array) -> list[_UnderWay]:
         """Move drones and start the pictures that their steps take."""
@@ -288,9 +330,9 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         observation = observed(following[0] if following else flight)
         return _Landed(flight, reward, step.flew, times, following, observation)
 
-    def _infos(self, landed: list[_Landed]) -> dict[str, Any]:
+    def _infos(self, landed: Mapping[int, _Landed]) -> dict[str, Any]:
         infos: dict[str, Any] = {}
-        for index, step in enumerate(landed):
+        for index, step in landed.items():
             if step.following:
                 final = {"final_obs": observed(step.flight), "final_info": info_of(step.flight, step.times)}
                 infos = self._add_info(infos, final, index)

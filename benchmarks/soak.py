@@ -118,7 +118,7 @@ def soak(run: RehearsedRun, memory: Memory, *, minutes: float, every: float, see
     """Train for so long under a fault every so many seconds on average; says how often each class struck."""
     scenarios = chosen(())
     moments = strike_times(seed, every, 60 * minutes)
-    planned = plan(seed, len(moments), tuple(scenarios), ENDLESS)
+    planned = plan(seed, len(moments), tuple(scenarios), ENDLESS, drones=1)
     struck: Counter[str] = Counter()
     run.begin()
     run.wait(lambda: run.progress.step > 0, "the training began")

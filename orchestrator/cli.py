@@ -122,7 +122,12 @@ def train(
     run: Annotated[
         Path | None, typer.Option(help="The run directory to make.", show_default="runs/CONFIG-DATE-TIME")
     ] = None,
-    evaluate: Annotated[bool, typer.Option(help="Fly the evaluation after the training.")] = True,
+    evaluate: Annotated[
+        bool | None,
+        typer.Option(
+            "--evaluate/--no-evaluate", help="Fly the evaluation after the training.", show_default="evaluate"
+        ),
+    ] = None,
     or_resume: Annotated[bool, typer.Option("--or-resume", help="Go on with the run if it is there already.")] = False,
     join: JoinOption = None,
     key: KeyOption = None,
@@ -151,8 +156,9 @@ def train(
     with at_work() as (display, stop), run_telemetry(endpoint(http, http_token), path.name, display) as watch:
         if or_resume and path.exists():
             directory, go_on = RunDirectory.open_for(path, settings), training.resume
+            _require_planned(directory, evaluate)
         else:
-            plan = Plan(evaluate=evaluate)
+            plan = Plan(evaluate=evaluate is not False)
             directory = RunDirectory.create(path, settings, collect_versions(PROCESS_ENVIRONMENT), plan)
         ending = _ending_of(lambda: go_on(directory, watch=watch, stop=stop, join=joining))
     _print_training(directory, json, ending)
@@ -353,6 +359,17 @@ def view_scenes(
 
     with at_work() as (display, stop):
         viewing.view(look, settings, show=write, display=display, stop=stop)
+
+
+def _require_planned(run: RunDirectory, evaluate: bool | None) -> None:
+    """Raise `InvalidInput` where a run that is there was made to end otherwise, with an evaluation or without."""
+    planned = run.plan().evaluate
+    if evaluate not in (None, planned):
+        option, made = ("--no-evaluate", "with") if planned else ("--evaluate", "without")
+        raise InvalidInput(
+            f"{option}: {run.path} was made {made} an evaluation, and a run is never changed: leave the option out"
+            + ("" if planned else f", and fly one by 'orchestrator evaluate {run.path}'")
+        )
 
 
 def _print_status(found: RunStatus, json: bool) -> None:

@@ -19,6 +19,7 @@ from orchestrator.options import (
     at_work,
     examples,
     print_json,
+    worker_count,
 )
 from orchestrator.versions import collect_versions
 from protocol.camera import DepthNoise
@@ -98,7 +99,7 @@ def qoe(
         frames_a_part=frames_a_part,
         poses=poses,
     )
-    settings = with_workers(load_config(config) if config else RunConfig(), workers or os.cpu_count() or 1)
+    settings = with_workers(load_config(config) if config else RunConfig(), worker_count(workers, join))
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
     parts = experiment.table_parts(directory, views)
     host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
@@ -128,7 +129,7 @@ def flights(
     from orchestrator.experiments.workers import with_workers
 
     found = ExperimentDirectory.open(directory)
-    views, settings = found.views(), with_workers(found.config(), workers or os.cpu_count() or 1)
+    views, settings = found.views(), with_workers(found.config(), worker_count(workers, join))
     flight_set = flying.FlightSet(scenes=scenes, steps=steps, depth_noises=views.depth_noises)
     found.require_same(found.flight_set_path, flight_set)
     parts = flying.flight_parts(found, flight_set)

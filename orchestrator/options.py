@@ -14,6 +14,7 @@ from rich.console import Console
 
 from orchestrator.live_display import Display, open_display
 from orchestrator.stop_request import StopRequest, stop_on_signals
+from protocol.errors import InvalidInput
 from protocol.telemetry.control import TOKEN_VARIABLE
 from protocol.telemetry.endpoint import Endpoint, endpoint_from, parse_endpoint
 
@@ -59,6 +60,17 @@ def examples(*lines: str) -> str:
 def endpoint(http: str | None, token: Path | None) -> Endpoint | None:
     """What the options `--http` and `--http-token` come to."""
     return endpoint_from(None if http is None else parse_endpoint(http), token, os.environ)
+
+
+def worker_count(workers: int | None, join: str | None) -> int:
+    """How many perception workers `--workers` comes to: one for each core where it is left out.
+
+    Raises:
+        InvalidInput: it is given, and the workers are those of a host.
+    """
+    if workers is not None and join is not None:
+        raise InvalidInput("--workers are those that are started here; with --join the host's do the work")
+    return workers or os.cpu_count() or 1
 
 
 @contextmanager

@@ -7,7 +7,7 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from perception_worker.engine import Engine
-from perception_worker.layout import find_layout
+from perception_worker.layout import find_layout, require_covering
 from perception_worker.look import Look, TrackingLook, WholeLook
 from perception_worker.models import KNOWN, OPENPOSE_MOBILENET_THIN, OPENPOSE_MOBILENET_THIN_5, require_network
 from perception_worker.network import Network
@@ -51,8 +51,8 @@ def open_network(config: PerceptionConfig) -> Network:
     Raises:
         ArtifactMissing: a network known by name was not pulled yet.
         ArtifactDamaged: its checksum is wrong.
-        InvalidConfig: another network's file is missing, can't be read or has other outputs; the network is not made
-            for what the configuration says of it; or the backend has no such precision.
+        InvalidConfig: another network's file is missing, can't be read, takes other pictures than ours or gives other
+            maps; the network is not made for what the configuration says of it; or the backend has no such precision.
         Unavailable: the backend is not installed.
     """
     name = network_name(config)
@@ -61,6 +61,7 @@ def open_network(config: PerceptionConfig) -> Network:
     file = _network_file(config)
     engine = _open_engine(file, _wanted_size(config), config)
     layout = find_layout(engine.outputs, file, config.layout)
+    require_covering(layout, engine.outputs, engine.input_size)
     own_pixels: Pixels = "rgb_imagenet" if layout.name == "trt_pose" else "bgr"
     return OpenPoseNetwork(
         engine,

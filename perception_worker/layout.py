@@ -77,6 +77,30 @@ def find_layout(shapes: Mapping[str, Sequence[int]], file: object, wanted: Layou
     raise InvalidConfig(f"perception.network: {file} gives {gives}; a pose network gives {expected}")
 
 
+def require_covering(found: FoundLayout, shapes: Mapping[str, Sequence[int]], image: tuple[int, int]) -> None:
+    """Make sure that rows of the maps are rows of the image, and that they cover it: a cell is as wide as it is high.
+
+    Args:
+        shapes: of each output, without the batch's dimension.
+        image: rows and columns that the network is shown.
+
+    Raises:
+        InvalidConfig: no cell of one size covers the image in both directions, give or take a cell at its borders.
+    """
+    _, rows, columns = shapes[found.heatmaps]
+    smallest, largest = zip(*(_cell_sizes(*pair) for pair in zip(image, (rows, columns), strict=True)), strict=True)
+    if max(smallest) > min(largest):
+        raise InvalidConfig(
+            f"perception.network: {found.heatmaps} [n, {', '.join(map(str, shapes[found.heatmaps]))}] does not cover "
+            f"images of {image[0]}×{image[1]}; maps are [n, maps, rows, columns], their cells as wide as high"
+        )
+
+
+def _cell_sizes(pixels: int, cells: int) -> tuple[float, float]:
+    """The smallest and the largest that so many cells can have along so many pixels, give or take one."""
+    return pixels / (cells + 1), pixels / (cells - 1) if cells > 1 else float("inf")
+
+
 def _find_openpose(by_channels: Mapping[int, str]) -> FoundLayout | None:
     for channels in (HEATMAP_CHANNELS, JOINT_COUNT):
         if {channels, PAF_CHANNELS} <= by_channels.keys():

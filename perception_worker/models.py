@@ -187,7 +187,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if chosen.command == "list":
             _list(as_json=chosen.json)
             return 0
-        networks = list(KNOWN.values()) if getattr(chosen, "all", False) else _named(chosen.names)
+        networks = _chosen(chosen.names, every=getattr(chosen, "all", False))
         made = pull(*networks, force=chosen.force) if chosen.command == "pull" else []
         for network in networks:
             path = require_network(network)
@@ -196,6 +196,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _logger.error("%s", error)
         return 2
     return 0
+
+
+def _chosen(names: Sequence[str], *, every: bool) -> list[PublishedNetwork]:
+    if every and names:
+        raise InvalidInput(f"either --all or names, not both: {', '.join(names)}")
+    return list(KNOWN.values()) if every else _named(names)
 
 
 def _named(names: Sequence[str]) -> list[PublishedNetwork]:

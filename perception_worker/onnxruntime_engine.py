@@ -1,7 +1,5 @@
 """A network on whatever ONNX Runtime finds: TensorRT, then CUDA, then the CPU."""
 
-from collections.abc import Generator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +7,24 @@ import numpy as np
 import onnxruntime
 
 from perception_worker.engine import Outputs, shapes_of
+from perception_worker.signature import (
+    COLOURS,
+    FLOATS,
+    TensorSpec,
+    as_float32,
+    explained,
+    image_size,
+    outputs_of_floats,
+)
 from protocol.arrays import Float32Array
 from protocol.artifact import cache_directory
-from protocol.errors import InvalidConfig
 
 TENSORRT, CUDA, CPU = "TensorrtExecutionProvider", "CUDAExecutionProvider", "CPUExecutionProvider"
+
+_LIBRARY = "ONNX Runtime"
+
+_KINDS = {"tensor(float)": "float32", "tensor(float16)": "float16", "tensor(double)": "float64"}
+"""What ONNX Runtime calls them, and numpy."""
 
 _SEVERITY_ERROR = 3
 
@@ -37,22 +48,24 @@ class OnnxRuntimeEngine:
             threads: that it computes with.
 
         Raises:
-            InvalidConfig: the file can't be read, or takes no image of this size.
+            InvalidConfig: the file can't be read or run, takes no image of this size, or gives no maps.
         """
-        with _explained(file, input_size or default_size):
+        with explained(_LIBRARY, file, input_size or default_size):
             self._session = _session(file, _session_options(threads), _providers())
-        self._names = [output.name for output in self._session.get_outputs()]
-        image = self._session.get_inputs()[0]
-        self._input = image.name
+            inputs = [_spec(port) for port in self._session.get_inputs()]
+            self.input_size = image_size(inputs, file, input_size, default_size)
+            self._names = outputs_of_floats([_spec(port) for port in self._session.get_outputs()], file)
+        self._input, self._kind = inputs[0].name, FLOATS[inputs[0].kind]
         self.provider: str = self._session.get_providers()[0]
-        self.input_size = input_size or _own_size(image.shape) or default_size
-        with _explained(file, self.input_size):
-            self.outputs = shapes_of(self.run(np.zeros((3, *self.input_size), dtype=np.float32)))
+        with explained(_LIBRARY, file, self.input_size):
+            self.outputs = shapes_of(self.run(np.zeros((COLOURS, *self.input_size), dtype=np.float32)))
 
     def run(self, image: Float32Array) -> Outputs:
         """What the network gives for an image (3, rows, columns), by name and without the batch's dimension."""
-        outputs: list[Any] = list(self._session.run(self._names, {self._input: image[None]}))
-        return {name: output[0] for name, output in zip(self._names, outputs, strict=True)}
+        given = {self._input: image[None].astype(self._kind, copy=False)}
+        outputs: list[Any] = list(self._session.run(self._names, given))
+        # It does not tell an output of no sides from one of any.
+        return {name: as_float32(np.atleast_1d(output)[0]) for name, output in zip(self._names, outputs, strict=True)}
 
 
 def _session(file: Path, options: onnxruntime.SessionOptions, providers: list[Any]) -> onnxruntime.InferenceSession:
@@ -72,22 +85,11 @@ def gpu_providers() -> list[str]:
     return [provider for provider in (TENSORRT, CUDA) if provider in available]
 
 
-def _own_size(shape: Sequence[object]) -> tuple[int, int] | None:
-    """Rows and columns that a network is made for; None where it takes several, or no image at all."""
-    if len(shape) != 4 or not isinstance(shape[2], int) or not isinstance(shape[3], int):
-        return None
-    return shape[2], shape[3]
-
-
-@contextmanager
-def _explained(file: Path, input_size: tuple[int, int]) -> Generator[None]:
-    try:
-        yield
-    except Exception as error:  # ONNX Runtime's exceptions have no root of their own.
-        rows, columns = input_size
-        raise InvalidConfig(
-            f"perception.network: ONNX Runtime can't use {file} on images of {rows}×{columns}: {error}"
-        ) from error
+def _spec(port: onnxruntime.NodeArg) -> TensorSpec:
+    """What a network's file says of an input or an output; ONNX Runtime has no side where it knows nothing of them."""
+    sides = tuple(side if isinstance(side, int) else None for side in port.shape) or None
+    kind = str(port.type)
+    return TensorSpec(port.name, sides, _KINDS.get(kind, kind))
 
 
 def _providers() -> list[str | tuple[str, dict[str, Any]]]:

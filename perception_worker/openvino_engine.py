@@ -8,8 +8,11 @@ import numpy as np
 import openvino
 
 from perception_worker.engine import Outputs, shapes_of
+from perception_worker.signature import COLOURS, TensorSpec, explained, image_size, outputs_of_floats
 from protocol.arrays import Float32Array
-from protocol.errors import InvalidConfig
+
+_KINDS = {"f32": "float32", "f16": "float16", "f64": "float64"}
+"""What OpenVINO calls them, and numpy."""
 
 
 class OpenVinoEngine:
@@ -40,25 +43,31 @@ class OpenVinoEngine:
             at_once: inferences that may run at the same time; more than that wait for each other.
 
         Raises:
-            InvalidConfig: the file can't be read, or takes no image of this size.
+            InvalidConfig: the file can't be read or run, takes no image of this size, or gives no maps.
         """
-        core = openvino.Core()
-        model, self.input_size = _read(core, file, input_size, default_size)
-        self._names = [output.any_name for output in model.outputs]
-        self._compiled = core.compile_model(
-            model,
-            "CPU",
-            {
-                "INFERENCE_PRECISION_HINT": precision,
-                "INFERENCE_NUM_THREADS": threads * at_once,
-                "ENABLE_CPU_PINNING": False,
-                "NUM_STREAMS": at_once,
-            },
-        )
-        self._local = threading.local()
-        # The first look at a tensor's data initialises the binding: two threads that do so at once wait for each other
-        # for ever, Python's lock held, and the process answers no ping any more.
-        self.outputs = shapes_of(self.run(np.zeros((3, *self.input_size), np.float32)))
+        with explained("OpenVINO", file, input_size or default_size):
+            core = openvino.Core()
+            model = core.read_model(file)
+            self.input_size = image_size([_spec(port) for port in model.inputs], file, input_size, default_size)
+        with explained("OpenVINO", file, self.input_size):
+            model.reshape([1, COLOURS, *self.input_size])
+            given = [_spec(port) for port in model.outputs]
+            names = outputs_of_floats(given, file)
+            self._places = {spec.name: place for place, spec in enumerate(given) if spec.name in names}
+            self._compiled = core.compile_model(
+                model,
+                "CPU",
+                {
+                    "INFERENCE_PRECISION_HINT": precision,
+                    "INFERENCE_NUM_THREADS": threads * at_once,
+                    "ENABLE_CPU_PINNING": False,
+                    "NUM_STREAMS": at_once,
+                },
+            )
+            self._local = threading.local()
+            # The first look at a tensor's data initialises the binding: two threads that do so at once wait for each
+            # other for ever, Python's lock held, and the process answers no ping any more.
+            self.outputs = shapes_of(self.run(np.zeros((COLOURS, *self.input_size), np.float32)))
 
     def run(self, image: Float32Array) -> Outputs:
         """What the network gives for an image (3, rows, columns), by name and without the batch's dimension."""
@@ -68,7 +77,9 @@ class OpenVinoEngine:
         request.start_async()
         request.wait()
         # The request's tensors are overwritten by its next inference.
-        return {name: request.get_output_tensor(place).data[0].copy() for place, name in enumerate(self._names)}
+        return {
+            name: np.array(request.get_output_tensor(place).data[0], np.float32) for name, place in self._places.items()
+        }
 
     def _request(self) -> openvino.InferRequest:
         """The calling thread's own request."""
@@ -77,31 +88,8 @@ class OpenVinoEngine:
         return self._local.request
 
 
-def _read(
-    core: openvino.Core, file: Path, wanted: tuple[int, int] | None, default: tuple[int, int]
-) -> tuple[openvino.Model, tuple[int, int]]:
-    """The network for images of one size, and that size."""
-    rows, columns = wanted or default
-    try:
-        model = core.read_model(file)
-        if wanted is None:
-            rows, columns = _own_size(model) or default
-        model.reshape([1, 3, rows, columns])
-    except RuntimeError as error:
-        reason = str(error).strip().splitlines()[-1]
-        raise InvalidConfig(
-            f"perception.network: OpenVINO can't use {file} on images of {rows}×{columns}: {reason}"
-        ) from error
-    # OpenVINO would make whole numbers of pixels between 0 and 1, all 0, without a word.
-    if not model.inputs[0].element_type.is_real():
-        kind = model.inputs[0].element_type.get_type_name()
-        raise InvalidConfig(f"perception.network: {file} takes images of {kind}, and ours are of float32")
-    return model, (rows, columns)
-
-
-def _own_size(model: openvino.Model) -> tuple[int, int] | None:
-    """Rows and columns that a network is made for; None where it takes several, or no image at all."""
-    shape = model.inputs[0].partial_shape
-    if shape.rank.is_dynamic or len(shape) != 4 or shape[2].is_dynamic or shape[3].is_dynamic:
-        return None
-    return shape[2].get_length(), shape[3].get_length()
+def _spec(port: openvino.Output) -> TensorSpec:
+    """What a network's file says of an input or an output."""
+    shape, kind = port.partial_shape, port.element_type.get_type_name()
+    sides = None if shape.rank.is_dynamic else tuple(None if one.is_dynamic else one.get_length() for one in shape)
+    return TensorSpec(port.any_name, sides, _KINDS.get(kind, kind))

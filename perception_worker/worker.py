@@ -148,6 +148,7 @@ def open_perceiver(config: PerceptionConfig) -> Perceiver:
     """The pipeline with the network and the calibration that a configuration, settled by its profile, names.
 
     Raises:
+        InvalidConfig: a calibration or a lifter is named, and the way of lifting has no use for it.
         VantageError: one of them can't be loaded.
     """
     if config.lifting == "learned":
@@ -157,6 +158,11 @@ def open_perceiver(config: PerceptionConfig) -> Perceiver:
                 f"worker's lifter tells its own; choose another perception.lifting, or calibration auto"
             )
         return Perceiver(open_look(config), config, lifter=open_lifter(config))
+    if config.lifter != "auto":
+        raise InvalidConfig(
+            f"perception.lifter: {config.lifter} is named, and this worker lifts by {config.lifting}; "
+            f"choose perception.lifting learned, or lifter auto"
+        )
     calibration = open_calibration(config)
     if calibration is None and config.calibration == "auto":
         name = network_name(config)

@@ -130,7 +130,7 @@ class PerceptionConfig(_Section, frozen=True):
         lifting: what of the depths around a keypoint is the joint's, or `learned`: a lifter that was fitted on people
             whose truth is known places all joints; `auto` is the profile's.
         lifter: which one does: a file, or with `auto` the one that ships for this network. Where there is none, the
-            surface in front of a keypoint is taken (`nearest`).
+            surface in front of a keypoint is taken (`nearest`). Another way of lifting has no use for a file.
         calibration: what tells expected errors and radii: a file, `none`, or with `auto` the one that ships for
             this network and way of lifting, if there is one. A learned lifter tells its own.
         peak_threshold: height that a peak in a heatmap must exceed; left out, it is the network's own.

@@ -1,7 +1,8 @@
 """Places where a process can be told to die or to wait, so that crashes can be rehearsed at the worst of moments.
 
 Off unless `VANTAGE_FAILPOINTS` names a directory when the process starts. There a file that is called like a place says
-what happens at it, once: `kill` ends the process as SIGKILL does, `wait SECONDS` holds it up.
+what happens at it, once: `kill` ends the process as SIGKILL does, `wait SECONDS` holds it up. A file `PLACE.hold` has
+every process that gets there wait for as long as the file is there, and the process whose number it contains runs.
 """
 
 import contextlib
@@ -14,6 +15,8 @@ from typing import TypeAlias
 
 from protocol.errors import InvalidInput
 
+LOOK_EVERY = 0.02
+"""Seconds between two looks of a process that is held."""
 VARIABLE = "VANTAGE_FAILPOINTS"
 
 Failpoint: TypeAlias = Callable[[str], None]
@@ -31,7 +34,7 @@ def failpoint_of(environment: Mapping[str, str]) -> Failpoint:
 
 
 class Failpoints:
-    """Orders for places, each a file that is used up by the first process that gets there."""
+    """Orders for places, each a file that is used up by the first process that gets there; and places that are held."""
 
     def __init__(self, directory: Path) -> None:
         self._directory = directory
@@ -52,14 +55,36 @@ class Failpoints:
         """Take an order back that nobody has carried out."""
         (self._directory / place).unlink(missing_ok=True)
 
+    def hold(self, place: str) -> None:
+        """Have every process that reaches `place` wait there until it is released, or until we have ended."""
+        self._directory.mkdir(parents=True, exist_ok=True)
+        aside = self._directory / f".{place}.hold.{os.getpid()}"
+        aside.write_text(str(os.getpid()))
+        aside.replace(self._holding(place))
+
+    def release(self, place: str) -> None:
+        """Let go who waits at a place, and hold nobody there any more."""
+        self._holding(place).unlink(missing_ok=True)
+
     def reach(self, place: str) -> None:
-        """Carry out what is ordered for the place, if anything is."""
+        """Carry out what is ordered for the place, if anything is; then wait for as long as the place is held."""
         taken = self._directory / f".{place}.taken.{os.getpid()}"
         with contextlib.suppress(FileNotFoundError):
             (self._directory / place).rename(taken)
             what = taken.read_text()
             taken.unlink()
             _carry_out(_parse(what))
+        while self._is_held(place):
+            time.sleep(LOOK_EVERY)
+
+    def _is_held(self, place: str) -> bool:
+        try:
+            return _exists(int(self._holding(place).read_text()))
+        except FileNotFoundError:
+            return False
+
+    def _holding(self, place: str) -> Path:
+        return self._directory / f"{place}.hold"
 
 
 def _parse(what: str) -> float | None:
@@ -78,3 +103,13 @@ def _carry_out(wait: float | None) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
     else:
         time.sleep(wait)
+
+
+def _exists(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True

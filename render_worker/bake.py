@@ -41,8 +41,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Make the file, unless a whole one is there; 0 when it is there in the end, 2 when it can't be made."""
     parser = argparse.ArgumentParser(prog="python -m render_worker.bake", description=__doc__)
     parser.add_argument("--output", type=Path, default=assets_path(), help="where to write (default: the user's cache)")
-    parser.add_argument("--force", action="store_true", help="make it anew even if it is there")
-    parser.add_argument("--check", action="store_true", help="only look whether it is there and whole")
+    either = parser.add_mutually_exclusive_group()
+    either.add_argument("--force", action="store_true", help="make it anew even if it is there")
+    either.add_argument("--check", action="store_true", help="only look whether it is there and whole")
     options = parser.parse_args(arguments)
     logging.basicConfig(stream=sys.stderr, level=logging.INFO, format="%(message)s")
     logging.getLogger("anny").setLevel(logging.WARNING)

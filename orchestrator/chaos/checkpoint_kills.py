@@ -30,12 +30,13 @@ class KillAtCheckpoint(Scenario):
         self._place = place
 
     def setup(self, run: RehearsedRun) -> None:
-        """Note who trains."""
+        """Note who trains, and have it die there."""
         self._agent = run.member(Role.AGENT, 0.0)
+        run.failpoints.order(self._place, "kill")
 
     def fault(self, run: RehearsedRun) -> float:
-        """Let it die there."""
-        return carried_out(run, self._place, "kill")
+        """Wait for its death."""
+        return carried_out(run, self._place)
 
     def recovered(self, run: RehearsedRun) -> bool:
         """Whether it was replaced."""

@@ -9,6 +9,7 @@ import resource
 import sys
 
 from orchestrator.chaos.invariants import require_unhurt
+from orchestrator.chaos.orders import carried_out
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.chaos.scenario import Scenario
 from protocol.messages import Role
@@ -36,22 +37,21 @@ class FullDisk(Scenario):
         self._seconds = SHORTEST + chance * (LONGEST - SHORTEST)
 
     def setup(self, run: RehearsedRun) -> None:
-        """Note who is there."""
+        """Note who is there, and fill the disk."""
         self._agent = run.member(Role.AGENT, 0.0)
         self._workers = (*run.crew.alive(Role.RENDER), *run.crew.alive(Role.PERCEPTION))
+        run.failpoints.order(CHECKPOINT, "wait 0")
+        self._filled = run.now()
+        self._most, _ = limit_files(self._agent.pid, 0)
 
     def fault(self, run: RehearsedRun) -> float:
-        """Fill the disk until a checkpoint was tried."""
-        filled = run.now()
-        run.failpoints.order(CHECKPOINT, "wait 0")
-        most, _ = limit_files(self._agent.pid, 0)
+        """Leave it full until a checkpoint was tried."""
         try:
-            run.wait(lambda: not run.failpoints.is_pending(CHECKPOINT), "a checkpoint was tried")
+            carried_out(run, CHECKPOINT)
             run.nap(self._seconds)
         finally:
-            run.failpoints.cancel(CHECKPOINT)
-            limit_files(self._agent.pid, most)
-        return filled
+            limit_files(self._agent.pid, self._most)
+        return self._filled
 
     def recovered(self, run: RehearsedRun) -> bool:
         """Whether somebody trains."""

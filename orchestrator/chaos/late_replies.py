@@ -21,14 +21,16 @@ class LateReply(Scenario):
 
     def __init__(self, role: Role) -> None:
         self._role = role
+        self._place = f"reply-{role.value}"
 
     def setup(self, run: RehearsedRun) -> None:
-        """Note who is there."""
+        """Note who is there, and have the next reply held back."""
         self._workers = run.crew.alive(self._role)
+        run.failpoints.order(self._place, f"wait {run.timeouts.call + OVERDUE:g}")
 
     def fault(self, run: RehearsedRun) -> float:
-        """Hold the next reply back."""
-        return carried_out(run, f"reply-{self._role.value}", f"wait {run.timeouts.call + OVERDUE:g}")
+        """Wait for that reply."""
+        return carried_out(run, self._place)
 
     def invariant(self, run: RehearsedRun) -> None:
         """Being late is no reason to be killed."""

@@ -1,15 +1,14 @@
-"""Orders to failpoints, carried out while we watch."""
+"""Orders to failpoints, waited for while we watch the run."""
 
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 
 
-def carried_out(run: RehearsedRun, place: str, what: str) -> float:
-    """Have the next process at a place do something, and return when it did.
+def carried_out(run: RehearsedRun, place: str) -> float:
+    """Wait until a process was at the place that something was ordered for, and return when it was.
 
     Raises:
         RunEnded: nobody got there any more.
     """
-    run.failpoints.order(place, what)
     try:
         run.wait(lambda: not run.failpoints.is_pending(place), f"anyone came to {place}")
     finally:

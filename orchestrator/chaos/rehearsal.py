@@ -1,5 +1,6 @@
 """Plays a schedule of faults on a run, one after the other, and says what came of it."""
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
@@ -9,17 +10,22 @@ from msgspec import Struct
 
 from orchestrator.chaos.catalogue import MakeScenario
 from orchestrator.chaos.comparison import compare
-from orchestrator.chaos.errors import InvariantBroken, NotRecovered, RunEnded
+from orchestrator.chaos.errors import InvariantBroken, RunEnded
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.chaos.report import ChaosReport, PlayedFault, by_class
 from orchestrator.chaos.scenario import Scenario
 from orchestrator.chaos.schedule import PlannedFault, plan
 from orchestrator.chaos.settings import rehearsal_config
+from orchestrator.chaos.step_limit import StepLimit
 from orchestrator.chaos.untouched import Untouched, untouched_run
 from orchestrator.live_display import Display, Snapshot
 from orchestrator.run_directory import resolved_toml
 from orchestrator.stop_request import StopRequest
 from protocol.config import load_config
+
+HEAD_START = 0.1
+"""Seconds that a training goes on after it has waited at a step, and up to as many more, before a fault strikes it: not
+between two steps only."""
 
 
 class Order(Struct, frozen=True, kw_only=True):
@@ -42,6 +48,7 @@ def rehearse(order: Order, display: Display, stop: StopRequest) -> ChaosReport:
 
     Raises:
         RehearsalFailed: a run did not come to its end.
+        InvalidInput: it is too short for so many faults.
         InvalidConfig: the configuration can't be used.
         Interrupted: somebody asked us to stop; nothing is left running.
     """
@@ -49,17 +56,18 @@ def rehearse(order: Order, display: Display, stop: StopRequest) -> ChaosReport:
     show = Shown(display, "flying untouched, to compare with")
     untouched = untouched_run(order.config, order.runs, stop, show)
     config = load_config(order.config)
+    drones = config.environment.num_envs
+    schedule = plan(order.seed, order.faults, tuple(order.scenarios), untouched.steps, drones=drones)
     touched = order.runs / f"seed-{order.seed}-{datetime.now():%Y%m%d-%H%M%S}"
     rehearsed = rehearsal_config(config, order.faults, untouched.steps)
     config_path = touched.with_name(touched.name + ".toml")
     config_path.write_bytes(resolved_toml(rehearsed))
     with RehearsedRun(config_path, touched, rehearsed.timeouts, stop, show) as run:
-        run.begin()
-        player = Player(run, order.scenarios, drones=config.environment.num_envs, show=show)
-        player.play(plan(order.seed, order.faults, tuple(order.scenarios), untouched.steps))
+        player = Player(run, order.scenarios, drones=drones, show=show)
+        player.play(schedule)
         show.activity = "flying to the end"
         run.finish()
-        return _report(order, untouched, run, player, config.environment.num_envs, time.monotonic() - begun)
+        return _report(order, untouched, run, player, drones, time.monotonic() - begun)
 
 
 class Shown:
@@ -77,7 +85,9 @@ class Shown:
 
 
 class Player:
-    """Plays faults on a run, each when the run has recovered from the one before.
+    """Plays faults on a run, each at its step, when the run has recovered from the one before.
+
+    A training that is faster than that waits, so that all of them are played on any machine.
 
     Attributes:
         played: what happened, in order.
@@ -91,50 +101,55 @@ class Player:
         self._scenarios = scenarios
         self._drones = drones
         self._show = show
+        self._limit = StepLimit(run.failpoints)
 
     def play(self, schedule: Sequence[PlannedFault]) -> None:
-        """Play all of it; what the run's end leaves no time for is noted."""
+        """Begin the run, and play all of it; what does not happen before the run's end is noted."""
+        self._limit.move(schedule[0].step)
+        self._run.begin()
         for number, planned in enumerate(schedule, 1):
             where = f"fault {number} of {len(schedule)}, {planned.scenario}"
             try:
                 self.played.append(self._play(planned, where))
             except RunEnded as error:
                 self.not_played.append(f"{planned.scenario}: {error}")
+        self._limit.lift()
 
     def _play(self, planned: PlannedFault, where: str) -> PlayedFault:
         scenario, run = self._scenarios[planned.scenario](planned.chance), self._run
-        self._show.activity = f"{where}: from step {planned.step} on"
-        run.wait(lambda: run.progress.step >= planned.step, f"step {planned.step} came")
+        self._show.activity = f"{where}: to come at step {planned.step}"
+        self._limit.move(planned.step)
+        run.wait(lambda: self._limit.is_reached, f"step {planned.step} came", patience=math.inf)
         scenario.setup(run)
         self._show.activity = f"{where}: under way"
+        self._limit.move(planned.fault_until)
+        run.nap(HEAD_START * (1 + planned.chance))
         struck = scenario.fault(run)
-        reached = run.progress.reached(struck)
+        reached = min(max(run.progress.reached(struck), planned.step), planned.fault_until)
         self._show.activity = f"{where}: recovering"
+        self._limit.move(planned.recovery_until)
         seconds = self._recover(scenario, struck, reached)
         return PlayedFault(
             scenario=planned.scenario,
             step=reached,
             seconds=seconds,
             steps_again=max(0, reached - (run.progress.lowest_after(struck) or reached)),
-            # Once all steps are flown, every process ends as it should.
-            broken=None if run.progress.is_done else _broken(lambda: scenario.invariant(run)),
+            broken=_broken(lambda: scenario.invariant(run)),
         )
 
     def _recover(self, scenario: Scenario, struck: float, reached: int) -> float:
-        progress = self._run.progress
+        """Wait for the recovery; seconds until the training was beyond where it had been."""
+        run = self._run
         # One more step of all drones: what was reached is known to within that.
-        self._run.wait(
-            lambda: progress.first_beyond(reached + self._drones, struck) is not None and self._is_back(scenario),
+        beyond = reached + self._drones
+        run.wait(
+            lambda: self._limit.is_reached or run.progress.first_beyond(beyond, struck) is not None,
             f"recovery from {type(scenario).__name__} at step {reached}",
         )
-        mark = progress.first_beyond(reached + self._drones, struck)
-        if mark is None:
-            raise NotRecovered(f"no progress beyond step {reached}")
-        return mark.time - struck
-
-    def _is_back(self, scenario: Scenario) -> bool:
-        """Whether what was hit is there again; of a run whose steps are all flown, nothing has to be any more."""
-        return self._run.progress.is_done or scenario.recovered(self._run)
+        mark = run.progress.first_beyond(beyond, struck)
+        seconds = (mark.time if mark else run.now()) - struck
+        run.wait(lambda: scenario.recovered(run), f"what {type(scenario).__name__} has hit was there again")
+        return seconds
 
 
 def _broken(invariant: Callable[[], None]) -> str | None:

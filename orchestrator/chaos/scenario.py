@@ -8,13 +8,16 @@ from orchestrator.chaos.rehearsed_run import RehearsedRun
 class Scenario(ABC):
     """One fault that happens to a run once.
 
-    Beside what a scenario itself asks for, the run has recovered when its training has gone beyond the step that it
-    had reached at the fault.
+    In a rehearsal the training waits at a step during `setup`, and goes on before `fault`. Beside what a scenario
+    itself asks for, the run has recovered when its training has gone beyond the step that it had reached at the fault.
     """
 
     @abstractmethod
     def setup(self, run: RehearsedRun) -> None:
-        """Note what the run is like before, and prepare the fault."""
+        """Note what the run is like before, and prepare the fault.
+
+        A fault that waits for the training to get somewhere gives its orders here: later, it may have passed there.
+        """
 
     @abstractmethod
     def fault(self, run: RehearsedRun) -> float:

@@ -2,6 +2,7 @@
 
 from msgspec.structs import replace
 
+from orchestrator.chaos.schedule import steps_to_a_checkpoint
 from protocol.config import RunConfig, TimeoutsConfig
 
 CALL, PROGRESS = 20.0, 28.0
@@ -18,8 +19,8 @@ def rehearsal_config(config: RunConfig, faults: int, steps: int) -> RunConfig:
     Another rhythm of pings, deadlines, checkpoints and restarts: none of them changes what a training comes to, which
     the comparison with a run that was flown without them shows as well.
     """
-    # Twice as often as faults: a death at a checkpoint waits for one, and must not hold up the faults that follow.
-    every = min(config.training.checkpoint_every, max(steps // (2 * max(faults, 1)), 2 * config.environment.num_envs))
+    # A death at a checkpoint waits for one.
+    every = min(config.training.checkpoint_every, steps_to_a_checkpoint(faults, steps))
     return replace(
         config,
         timeouts=rehearsal_timeouts(config.timeouts),

@@ -8,7 +8,7 @@ import typer
 
 from orchestrator.joining import Join, join_of
 from orchestrator.launch import PROCESS_ENVIRONMENT
-from orchestrator.options import AllowedOption, InsecureOption, JoinOption, KeyOption, at_work, examples
+from orchestrator.options import AllowedOption, InsecureOption, JoinOption, KeyOption, at_work, examples, worker_count
 from orchestrator.setup_command import run_setup
 from orchestrator.stop_request import stop_on_signals
 from orchestrator.versions import collect_versions
@@ -42,7 +42,7 @@ def fit(
         float,
         typer.Option(min=0, max=1, help="Share of the scenes in poses of the widest ranges, not the eight kinds'."),
     ] = 0.65,
-    epochs: Annotated[int, typer.Option(min=1, help="How often it sees each view.")] = 60,
+    epochs: Annotated[int, typer.Option(min=1, help="How often it sees each view.")] = 40,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Perception workers.", show_default="one for each core")
     ] = None,
@@ -61,7 +61,7 @@ def fit(
     from orchestrator.lifter.directory import DEFAULT_PATH, FitDirectory
     from orchestrator.lifter.views import FitViews
 
-    settings = with_workers(load_config(config) if config else RunConfig(), workers or os.cpu_count() or 1)
+    settings = with_workers(load_config(config) if config else RunConfig(), worker_count(workers, join))
     views = FitViews(frames=frames, seed=seed, wide=wide)
     directory = FitDirectory.open_for(out or DEFAULT_PATH, settings, views)
     host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)

@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--epochs", type=int, default=60, help="how often each view is seen (default: 60)")
+    parser.add_argument("--epochs", type=int, default=40, help="how often each view is seen (default: 40)")
     parser.add_argument("--seed", type=int, default=0, help="of what is drawn in training (default: 0)")
 
 

@@ -151,6 +151,12 @@ def test_a_request_to_stop_leaves_weights_and_a_summary(tmp_path) -> None:
     assert (last.phase, last.step, last.steps) == ("done", 8, 30)
 
 
+def test_a_training_can_be_held_before_each_of_its_steps(tmp_path) -> None:
+    places: list[str] = []
+    trained(tmp_path, failpoint=places.append)
+    assert [place for place in places if place.startswith("step-")] == [f"step-{flown}" for flown in range(0, 50, 2)]
+
+
 def test_a_request_to_stop_while_prefilling_does_not_begin_to_train(tmp_path) -> None:
     asked = itertools.chain([False] * 3, itertools.repeat(True))
     assert trained(tmp_path, stop=asked.__next__).steps == 0

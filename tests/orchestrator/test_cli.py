@@ -9,6 +9,10 @@ import pytest
 from typer.testing import CliRunner
 
 from orchestrator.cli import app
+from orchestrator.experiments.directory import ExperimentDirectory
+from orchestrator.experiments.views import ViewSet
+from orchestrator.run_directory import Plan, RunDirectory
+from orchestrator.versions import collect_versions
 from protocol.config import RunConfig, load_config
 from protocol.messages import Role
 from protocol.telemetry.info import About
@@ -193,6 +197,24 @@ def test_what_can_not_be_spoken_with_is_told_before_a_run_is_made(invoke, tmp_pa
     done = invoke(*arguments)
     assert (done.exit_code, said in done.stderr) == (1, True), done.stderr
     assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize("command", [("experiment", "qoe"), ("experiment", "flights", "e"), ("lifter", "fit")])
+def test_a_number_of_workers_has_no_meaning_where_a_host_s_are_joined(invoke, tmp_path, command):
+    if "flights" in command:
+        ExperimentDirectory.open_for(tmp_path / "e", RunConfig(), ViewSet(frames=1))
+    done = invoke(*command, "--workers", "2", "--join", "tcp://hub:5600")
+    assert (done.exit_code, "--workers are those that are started here" in done.stderr) == (2, True), done.stderr
+    assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize(("planned", "option"), [(True, "--no-evaluate"), (False, "--evaluate")])
+def test_whether_a_run_ends_with_an_evaluation_is_not_changed_when_it_goes_on(invoke, tmp_path, planned, option):
+    config = tmp_path / "short.toml"
+    config.write_text(SHORT)
+    RunDirectory.create(tmp_path / "one", load_config(config), collect_versions({}), Plan(evaluate=planned))
+    done = invoke("train", "short.toml", "--run", "one", "--or-resume", option)
+    assert (done.exit_code, f"{option}: one was made with" in done.stderr) == (2, True), done.stderr
 
 
 def test_an_existing_run_is_refused_before_anything_starts(invoke, tmp_path):

@@ -8,7 +8,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 from torch import Tensor
 
-from perception_worker.lifter.fitting.frames import Frames, made_harder, rescaled
+from perception_worker.lifter.fitting.frames import Frames, confused, made_harder, rescaled
 from perception_worker.lifter.tokens import INPUTS, MIRRORED, Tokens, mirrored, tokens_of
 from protocol.arrays import Float32Array
 
@@ -42,7 +42,7 @@ def blinded(tokens: Tokens, without: Sequence[str]) -> Tokens:
 
 def _batch(frames: Frames, without: Sequence[str], random: np.random.Generator) -> Batch:
     frames = rescaled(frames, random)
-    tokens = blinded(tokens_of(made_harder(frames.seen, random)), without)
+    tokens = blinded(tokens_of(made_harder(confused(frames.seen, random), random)), without)
     turned = random.random(len(frames)) < 0.5
     return Batch(*map(torch.from_numpy, _turned(tokens, frames, turned)))
 

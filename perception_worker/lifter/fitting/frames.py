@@ -10,12 +10,12 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from perception_worker.lifter.evidence import LEAST, SHARE, median_of_known
-from perception_worker.lifter.tokens import Seen
+from perception_worker.lifter.tokens import MIRRORED, Seen
 from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import CameraPose, world_to_camera
 from protocol.errors import InvalidInput
 from protocol.joint_arrays import EVIDENCE_SIZE
-from protocol.skeleton import JOINT_COUNT
+from protocol.skeleton import JOINT_COUNT, Joint
 
 MOST_AWAY = 0.3
 """Of the body's height in the picture. Keypoints that at their median are farther from the true joints are somebody
@@ -36,6 +36,16 @@ loses any."""
 
 LOSES_JOINTS, LOSES_DEPTHS, LOSES_ALL_DEPTHS = 0.4, 0.3, 0.02
 """Shares of the frames that do."""
+
+CONFUSED = 0.1
+"""The share of the frames in which the ends of two arms, or of two legs, are each taken for the other side's."""
+
+_ENDS = (
+    (Joint.LEFT_WRIST,),
+    (Joint.LEFT_ELBOW, Joint.LEFT_WRIST),
+    (Joint.LEFT_ANKLE,),
+    (Joint.LEFT_KNEE, Joint.LEFT_ANKLE),
+)
 
 
 class Frames(Struct, frozen=True, eq=False, kw_only=True):
@@ -99,6 +109,20 @@ def made_harder(seen: Seen, random: np.random.Generator) -> Seen:
         narrow=_without(seen.narrow, kept & measured),
         wide=_without(seen.wide, kept & measured),
     )
+
+
+def confused(seen: Seen, random: np.random.Generator) -> Seen:
+    """The frames with left and right of some limbs confused, as a pose network does where limbs cross or hide."""
+    frames = len(seen.rays)
+    taken = np.tile(np.arange(JOINT_COUNT), (frames, 1))
+    drawn = random.integers(len(_ENDS), size=frames)
+    chosen = random.random(frames) < CONFUSED
+    for number, left in enumerate(_ENDS):
+        both = np.array([*left, *MIRRORED[list(left)]])
+        taken[np.ix_(chosen & (drawn == number), both)] = MIRRORED[both]
+    every = np.arange(frames)[:, None]
+    parts = {name: getattr(seen, name)[every, taken] for name in ("rays", "height", "narrow", "wide")}
+    return replace(seen, **parts)
 
 
 def rescaled(frames: Frames, random: np.random.Generator) -> Frames:

@@ -27,7 +27,7 @@ class Training(Struct, frozen=True, kw_only=True):
         without: names of `INPUTS` that are 0 in every token; none, but for who wants to know what they are worth.
     """
 
-    epochs: int = 60
+    epochs: int = 40
     batch: int = 256
     learning_rate: float = 2e-3
     weight_decay: float = 1e-2

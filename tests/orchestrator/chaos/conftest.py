@@ -1,5 +1,6 @@
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -10,10 +11,12 @@ from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.run_directory import ProcessRecord, RunDirectory
 from orchestrator.stop_request import StopRequest
 from protocol.config import RunConfig, TimeoutsConfig
+from protocol.failpoint import Failpoints
 from protocol.messages import Role
 
 SLEEP = (sys.executable, "-c", "import time; time.sleep(600)")
 WORKERS = Path(__file__).parents[1] / "workers"
+DRONES = 4
 
 
 @pytest.fixture
@@ -24,6 +27,33 @@ def rehearsed(tmp_path, versions) -> Iterator[RehearsedRun]:
     run = RehearsedRun(tmp_path / "c.toml", directory.path, TimeoutsConfig(), StopRequest(), lambda _: None)
     with run:
         yield run
+
+
+class Flown(threading.Thread):
+    """A training in no time: it waits where it is held, and does nothing else."""
+
+    def __init__(self, failpoints: Failpoints, steps: int) -> None:
+        super().__init__(daemon=True)
+        self.flown = 0
+        self._failpoints = failpoints
+        self._steps = steps
+
+    def run(self) -> None:
+        while self.flown < self._steps:
+            self._failpoints.reach(f"step-{self.flown}")
+            self.flown += DRONES
+
+
+@pytest.fixture
+def fly(rehearsed) -> Callable[[int], Flown]:
+    """Begins a training of so many steps of the run; what holds it ends with the run."""
+
+    def fly(steps: int) -> Flown:
+        training = Flown(rehearsed.failpoints, steps)
+        training.start()
+        return training
+
+    return fly
 
 
 @pytest.fixture

@@ -60,6 +60,21 @@ def test_a_training_that_goes_on_to_the_bit_passes_and_leaves_nobody_behind(orch
     assert list(orchestrator.temporary.iterdir()) == []
 
 
+def test_every_fault_is_played_on_a_training_that_takes_no_time(chaos):
+    names = ("stop-orchestrator", "kill-at-checkpoint-pruned", "kill-render", "kill-agent")
+    out, err = chaos("hurries", "--faults", "4", *only(*names)).communicate(timeout=PATIENCE)
+    report = json.loads(out)
+    assert report["not_played"] == [], err
+    assert (report["passed"], len(report["faults"])) == (True, 4)
+
+
+def test_a_training_that_is_too_short_for_so_many_faults_is_refused(chaos):
+    child = chaos("hurries", "--faults", "5")
+    _, err = child.communicate(timeout=PATIENCE)
+    assert child.returncode == 2, err
+    assert "has room for at most 4 faults, not for 5; ask for fewer, or train longer" in err
+
+
 def test_a_training_that_doubles_steps_is_found_out_and_the_untouched_run_is_used_again(chaos):
     child = chaos("forgets", "--faults", "1", *only("kill-at-checkpoint-journal-synced"))
     out, err = child.communicate(timeout=PATIENCE)

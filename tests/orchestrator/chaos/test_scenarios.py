@@ -201,10 +201,23 @@ def test_a_late_reply_is_held_back_and_its_worker_must_live(rehearsed, reacher):
         scenario.invariant(rehearsed)
 
 
+def test_a_fault_that_waits_for_the_training_is_ordered_before_the_training_goes_on(rehearsed, crew):
+    ordered = (
+        (KillAtCheckpoint("checkpoint-written"), "checkpoint-written"),
+        (LateReply(Role.RENDER), "reply-render"),
+        (FullDisk(0.0), "checkpoint-opened"),
+    )
+    for scenario, place in ordered:
+        scenario.setup(rehearsed)
+        assert rehearsed.failpoints.is_pending(place)
+    assert resource.prlimit(crew[Role.AGENT].pid, resource.RLIMIT_FSIZE)[0] == 0
+
+
 def test_an_order_that_nobody_carries_out_is_taken_back(rehearsed, monkeypatch):
     monkeypatch.setattr(type(rehearsed), "wait", _gives_up)
+    rehearsed.failpoints.order("nowhere", "kill")
     with pytest.raises(NotRecovered):
-        carried_out(rehearsed, "nowhere", "kill")
+        carried_out(rehearsed, "nowhere")
     assert not rehearsed.failpoints.is_pending("nowhere")
 
 

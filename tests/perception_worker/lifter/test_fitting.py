@@ -8,13 +8,14 @@ pytest.importorskip("torch")
 from perception_worker.lifter.__main__ import main
 from perception_worker.lifter.fitting.certainty import Trial, certainty_of, tried, without_depth
 from perception_worker.lifter.fitting.fit import fit
-from perception_worker.lifter.fitting.frames import LEAST_FOUND, made_harder, read_frames, rescaled
+from perception_worker.lifter.fitting.frames import LEAST_FOUND, confused, made_harder, read_frames, rescaled
 from perception_worker.lifter.fitting.training import Kept, Training, train
 from perception_worker.lifter.lifter import Lifter
 from perception_worker.lifter.network import LifterNetwork
 from perception_worker.lifter.stored import read_stored
-from perception_worker.lifter.tokens import tokens_of
+from perception_worker.lifter.tokens import MIRRORED, tokens_of
 from protocol.errors import ArtifactDamaged, InvalidInput
+from protocol.skeleton import Joint
 from tests.perception_worker.lifter.bodies import SHAPE
 from tests.perception_worker.lifter.tables import write_table
 
@@ -158,6 +159,20 @@ def test_harder_frames_keep_somebody_in_them(table):
     assert not (after & ~before).any()
     assert np.isnan(harder.narrow[~after][:, 1:]).all()
     assert not harder.height[~after].any()
+
+
+def test_of_some_frames_the_ends_of_limbs_are_taken_for_the_other_sides(table):
+    seen = read_frames(table).seen
+    other = confused(seen, np.random.default_rng(0))
+    moved = ~np.isclose(other.height, seen.height) | ~np.isclose(
+        other.rays[:, :, 0], seen.rays[:, :, 0], equal_nan=True
+    )
+    assert 0.05 < moved.any(axis=1).mean() < 0.15
+    limbs = np.isin(np.arange(18), [Joint.LEFT_ELBOW, Joint.LEFT_WRIST, Joint.LEFT_KNEE, Joint.LEFT_ANKLE])
+    assert set(np.flatnonzero(moved.any(axis=0))) == set(np.flatnonzero(limbs | limbs[MIRRORED]))
+    for name in ("rays", "height", "narrow", "wide"):
+        was, has = getattr(seen, name)[:, MIRRORED][moved], getattr(other, name)[moved]
+        np.testing.assert_array_equal(was, has)
 
 
 def test_what_a_fit_goes_without_makes_no_difference_to_it(table):

@@ -28,13 +28,14 @@ ROW = 64
 class Training:
     """Rows so far; `stopped` on SIGTERM or as an orphan."""
 
-    def __init__(self, run: Path, config: RunConfig, reach: Failpoint) -> None:
+    def __init__(self, run: Path, config: RunConfig, reach: Failpoint, step_seconds: float) -> None:
         self.stopped = False
         self._run = run
         self._steps = config.training.steps
         self._every = config.training.checkpoint_every
         self._drones = config.environment.num_envs
         self._reach = reach
+        self._step_seconds = step_seconds
         self._rows: list[bytes] = []
         self._written = 0
 
@@ -57,8 +58,9 @@ class Training:
     def fly(self, render: Pool) -> None:
         self._tell("training")
         while self.flown < self._steps and not self.stopped:
+            self._reach(f"step-{self.flown}")
             render.call(SampleScene(seed=self.flown, split="train"))
-            time.sleep(STEP_SECONDS)
+            time.sleep(self._step_seconds)
             self._rows.append(hashlib.sha512(self._rows[-1] if self._rows else b"").digest())
             self._tell("training")
             if self.flown // self._every > (self.flown - self._drones) // self._every:
@@ -108,7 +110,7 @@ class Training:
             file.write(msgspec.json.encode(progress) + b"\n")
 
 
-def main(*, cut_back: bool) -> None:
+def main(*, cut_back: bool, step_seconds: float = STEP_SECONDS) -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("activity", choices=["train"])
     parser.add_argument("--run", type=Path, required=True)
@@ -120,7 +122,7 @@ def main(*, cut_back: bool) -> None:
     configure("agent")
     config = load_config(options.run / "config.toml")
     timeouts = Timeouts.from_config(config.timeouts)
-    training = Training(options.run, config, failpoint_of(os.environ))
+    training = Training(options.run, config, failpoint_of(os.environ), step_seconds)
     incarnation = new_incarnation()
 
     def stop(*_: object) -> None:
