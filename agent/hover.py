@@ -13,7 +13,6 @@ from agent.made_with import require_no_rendering, require_split
 from agent.reset_options import require_no_options
 from agent.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
 from agent.stages import StageTimes, times_of
-from agent.workspace import require_room_to_start
 from protocol.arrays import Float32Array
 from protocol.config import EnvironmentConfig
 from protocol.scene import Split
@@ -43,12 +42,10 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
 
         Raises:
             InvalidInput: another split, or a render mode.
-            InvalidConfig: a workspace in which no flight can begin.
         """
         require_no_rendering(render_mode)
         require_split(split)
         self.config = config or EnvironmentConfig()
-        require_room_to_start(self.config)
         self.observation_space = observation_space()
         self.action_space = action_space()
         self._eyes = eyes

@@ -14,10 +14,9 @@ import numpy as np
 from agent.flight import Flight
 from agent.learner import Learner
 from agent.reward import front_point
-from agent.workspace import MAX_SPEED
 from protocol.arrays import Float32Array, Float64Array
 from protocol.camera import Vector3
-from protocol.config import EnvironmentConfig
+from protocol.config import MAX_SPEED, EnvironmentConfig
 
 Policy: TypeAlias = Callable[[Float32Array, Sequence[Flight]], Float32Array]
 """Observations (n, 111) and the n flights that they are of, to velocities (n, 3) in m/s."""

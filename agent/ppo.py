@@ -29,7 +29,6 @@ from agent.skrl_state import (
 from agent.spaces import action_space, observation_space
 from protocol.arrays import Float32Array
 from protocol.config import EnvironmentConfig, PpoConfig
-from protocol.errors import InvalidConfig
 
 _UNDER_WAY = ("_current_log_prob", "_current_values", "_current_next_observations")
 """What skrl keeps between acting, observing and learning."""
@@ -47,8 +46,7 @@ class PpoLearner:
 
     def __init__(self, config: PpoConfig, environment: EnvironmentConfig, *, seed: int) -> None:
         num_envs = environment.num_envs
-        if config.rollout * num_envs < config.minibatches:
-            raise InvalidConfig(f"{config.rollout} steps of {num_envs} drones make no {config.minibatches} minibatches")
+        config.require_minibatches(num_envs)
         torch.set_num_threads(1)
         seed_all(seed)
         self.updates = 0

@@ -33,7 +33,6 @@ from agent.skrl_state import (
 from agent.spaces import action_space, observation_space
 from protocol.arrays import Float32Array
 from protocol.config import EnvironmentConfig, SacConfig
-from protocol.errors import InvalidConfig
 
 _FEATURES_AT_ONCE = 4096
 """Rows; what is computed on the way to them would else take several times the memory of a journal's segment."""
@@ -46,8 +45,7 @@ class SacLearner:
 
     def __init__(self, config: SacConfig, environment: EnvironmentConfig, *, seed: int) -> None:
         num_envs = environment.num_envs
-        if config.memory < max(config.batch, num_envs):
-            raise InvalidConfig(f"a memory of {config.memory} transitions holds no batch of {config.batch}")
+        config.require_batch(num_envs)
         torch.set_num_threads(1)
         seed_all(seed)
         self.updates = 0

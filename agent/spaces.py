@@ -5,8 +5,8 @@ from gymnasium.spaces import Box
 from numpy.typing import ArrayLike
 
 from agent.flight import Flight
-from agent.workspace import MAX_SPEED
 from protocol.arrays import Float32Array, Float64Array
+from protocol.config import MAX_SPEED
 from protocol.errors import InvalidInput
 from protocol.skeleton import JOINT_COUNT
 

@@ -27,7 +27,6 @@ from agent.reset_options import reset_mask
 from agent.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
 from agent.stages import StageTimes
 from agent.upcoming import Upcoming
-from agent.workspace import require_room_to_start
 from protocol.arrays import BoolArray, Float32Array, Float64Array
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
@@ -88,13 +87,11 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
 
         Raises:
             InvalidInput: another split, number of drones or autoreset mode, or a render mode.
-            InvalidConfig: a workspace in which no flight can begin.
         """
         require_no_rendering(render_mode)
         require_split(split)
         mode = require_autoreset(autoreset_mode)
         self.config = config or EnvironmentConfig()
-        require_room_to_start(self.config)
         self.num_envs = self.config.num_envs if num_envs is None else require_drones(num_envs)
         self.metadata = {"render_modes": [], "autoreset_mode": mode}
         self.single_observation_space = observation_space()

@@ -10,25 +10,8 @@ import numpy as np
 
 from protocol.arrays import Float64Array
 from protocol.camera import Vector3
-from protocol.config import EnvironmentConfig
-from protocol.errors import InvalidConfig
+from protocol.config import MAX_SPEED, EnvironmentConfig
 from protocol.records import Outcome
-
-MAX_SPEED = 1.0
-"""Metres a second along each axis."""
-
-
-def require_room_to_start(config: EnvironmentConfig) -> None:
-    """Make sure that there are positions to start from wherever the person stands.
-
-    Raises:
-        InvalidConfig: the walls are too close to each other or to the keep-out.
-    """
-    reach = MAX_SPEED * config.step_duration
-    if config.highest - config.lowest <= 2 * reach:
-        raise InvalidConfig(f"a workspace from {config.lowest} to {config.highest} m high has no room to start in")
-    if config.half_width - reach <= _start_clearance(config):
-        raise InvalidConfig(f"a keep-out of {config.keep_out} m leaves no room in ±{config.half_width} m to start in")
 
 
 def moved(position: Vector3, velocity: Float64Array, duration: float) -> Vector3:
@@ -69,9 +52,5 @@ def random_start(config: EnvironmentConfig, person: tuple[float, float], rng: np
     high = (half_width, half_width, config.highest - reach)
     while True:
         x, y, z = rng.uniform(low, high)
-        if np.hypot(x - person[0], y - person[1]) >= _start_clearance(config):
+        if np.hypot(x - person[0], y - person[1]) >= config.start_clearance:
             return float(x), float(y), float(z)
-
-
-def _start_clearance(config: EnvironmentConfig) -> float:
-    return config.keep_out + math.sqrt(2) * MAX_SPEED * config.step_duration

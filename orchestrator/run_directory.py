@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import msgspec
+import psutil
 import tomli_w
 from msgspec import Struct
 
@@ -88,10 +89,12 @@ class RunDirectory(Struct, frozen=True):
         """Make a new run.
 
         Raises:
+            InvalidConfig: this machine has not the memory that the run asks for.
             RunExists: something is at `path` already.
             RunError: the system would not make it.
             NoLocks: its file system has none.
         """
+        config.require_memory(psutil.virtual_memory().total)
         if path.exists():
             raise RunExists(f"{path} exists already, and a run is never overwritten; {_instead_of_making(path)}")
         try:

@@ -30,6 +30,9 @@ SMALLEST_SIZE, LARGEST_SIZE = 16, 8192
 LONGEST_STEP = 0.5
 """Metres that lie at most between a view and the one a step before."""
 
+FARTHEST_VIEW = 1e3
+"""Metres from the person, beyond which nobody is seen."""
+
 PICTURE_FORMATS = (".png", ".jpg", ".jpeg", ".webp")
 
 
@@ -47,10 +50,13 @@ class Viewpoint(Struct, frozen=True, kw_only=True):
     altitude: float = 1.6
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.distance) and self.distance > 0):
-            raise InvalidInput(f"a camera can't be {self.distance} m away from the person; say how far, above 0")
-        if not (math.isfinite(self.angle) and math.isfinite(self.altitude)):
-            raise InvalidInput("the camera's angle and altitude must be finite")
+        if not 0 < self.distance <= FARTHEST_VIEW:
+            raise InvalidInput(
+                f"a camera can't be {self.distance} m away from the person; say how far, above 0 and up to "
+                f"{FARTHEST_VIEW:g}"
+            )
+        if not (math.isfinite(self.angle) and abs(self.altitude) <= FARTHEST_VIEW):
+            raise InvalidInput(f"the camera's angle must be finite, and its altitude within ±{FARTHEST_VIEW:g} m")
 
 
 class Look(Struct, frozen=True, kw_only=True):

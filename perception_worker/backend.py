@@ -203,8 +203,6 @@ def _open_on_gpu(file: Path, size: tuple[int, int] | None, config: PerceptionCon
 
 
 def _open_onnxruntime(file: Path, size: tuple[int, int] | None, config: PerceptionConfig) -> Engine:
-    if config.precision != "f32":
-        raise InvalidConfig(f"perception.precision: {config.precision} is OpenVINO's; ONNX Runtime computes in f32")
     _require_installed("onnxruntime")
     from perception_worker.onnxruntime_engine import OnnxRuntimeEngine
 

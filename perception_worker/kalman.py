@@ -10,7 +10,8 @@ the next frame as well (docs/qoe.md).
 import numpy as np
 
 from protocol.arrays import Float64Array
-from protocol.observation import BASE_PROCESS_NOISES, FARTHEST, FilterRule, FilterState
+from protocol.joint_arrays import FARTHEST, MOST_VARIANCE
+from protocol.observation import BASE_PROCESS_NOISES, FilterRule, FilterState
 
 PROCESS_NOISE_GROWTH: dict[FilterRule, float] = {"quality": 0.001, "variance": 0.001}
 """m² added to a joint's process noise by each frame that doesn't locate it."""
@@ -45,10 +46,13 @@ def _updated(state: FilterState, points: Float64Array, noise: Float64Array) -> F
     located = np.all(np.abs(points) <= FARTHEST, axis=1)
     # A joint has its initial variance until it is first seen: nothing is known of it that could be forgotten.
     predicted = state.variance + np.where(state.seen, state.process_noise, 0.0)[:, None]
+    # A filter that is at its bounds must not grow out of them: its next state could not travel.
+    predicted = np.minimum(predicted, MOST_VARIANCE)
     gain = np.where(located[:, None], predicted / (predicted + noise), 0.0)
     innovation = np.where(located[:, None], points, state.mean) - state.mean
     growth = PROCESS_NOISE_GROWTH[state.rule]
-    forgotten = np.where(state.seen, state.process_noise + growth, state.process_noise)
+    grown = np.minimum(state.process_noise + growth, MOST_VARIANCE)
+    forgotten = np.where(state.seen, grown, state.process_noise)
     return FilterState(
         mean=state.mean + gain * innovation,
         variance=(1.0 - gain) * predicted,

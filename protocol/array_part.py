@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
-from protocol.arrays import AnyArray
+from protocol.arrays import AnyArray, WrongArray
 from protocol.errors import InvalidInput
 from protocol.limits import Limits
 
@@ -68,39 +68,46 @@ class ArrayParts:
         """The array that a field annotated with `annotation` describes.
 
         Raises:
-            ValueError: the description breaks a rule; msgspec adds the field's path.
+            WrongArray: the description breaks a rule; msgspec adds the field's path.
         """
-        description = msgspec.convert(described, ArrayDescription)
+        description = _described(described)
         dtype = _element_type(description.dtype, annotation)
         part = self._take_part(description.index)
         _require_size(description, dtype, part, self._limits.array_bytes)
         array = np.frombuffer(part, dtype).reshape(description.shape)
         if dtype.kind == "b" and array.size and array.view(np.uint8).max() > 1:
-            raise ValueError("a bool is 0 or 1")
+            raise WrongArray("a bool is 0 or 1")
         array.flags.writeable = False
         return array
 
     def require_all_taken(self) -> None:
-        """Raise `ValueError` where a part belongs to no field."""
+        """Raise `WrongArray` where a part belongs to no field."""
         if len(self._taken) != len(self._parts):
-            raise ValueError(f"{len(self._parts)} array parts came, the body describes {len(self._taken)}")
+            raise WrongArray(f"{len(self._parts)} array parts came, the body describes {len(self._taken)}")
 
     def _take_part(self, index: int) -> Part:
         if index >= len(self._parts):
-            raise ValueError(f"array part {index} is not there")
+            raise WrongArray(f"array part {index} is not there")
         if index in self._taken:
-            raise ValueError(f"array part {index} is described twice")
+            raise WrongArray(f"array part {index} is described twice")
         self._taken.add(index)
         return self._parts[index]
+
+
+def _described(body: Any) -> ArrayDescription:
+    try:
+        return msgspec.convert(body, ArrayDescription)
+    except msgspec.ValidationError as error:
+        raise WrongArray(str(error)) from error
 
 
 def _element_type(name: str, annotation: Any) -> np.dtype[Any]:
     dtype = ELEMENT_TYPES.get(name)
     if dtype is None:
-        raise ValueError(f"arrays of {name!r} don't travel")
+        raise WrongArray(f"arrays of {name!r} don't travel")
     wanted = _annotated_type(annotation)
     if wanted != dtype:
-        raise ValueError(f"an array of {name} came where {wanted.name} belongs")
+        raise WrongArray(f"an array of {name} came where {wanted.name} belongs")
     return dtype
 
 
@@ -113,7 +120,7 @@ def _annotated_type(annotation: Any) -> np.dtype[Any]:
 def _require_size(description: ArrayDescription, dtype: np.dtype[Any], part: Part, most: int) -> None:
     size = math.prod(description.shape) * dtype.itemsize
     if size != len(part):
-        raise ValueError(f"{description.dtype} of shape {description.shape} takes {size} bytes, {len(part)} came")
+        raise WrongArray(f"{description.dtype} of shape {description.shape} takes {size} bytes, {len(part)} came")
     # An empty array's other dimensions are held to the cap too: numpy can't count beyond it.
     if size == 0 and math.prod(max(length, 1) for length in description.shape) * dtype.itemsize > most:
-        raise ValueError(f"shape {description.shape} is larger than any array may be")
+        raise WrongArray(f"shape {description.shape} is larger than any array may be")

@@ -1,9 +1,14 @@
-"""The array types that messages carry, and the checks on their shapes.
+"""The array types that messages carry, and the checks on their shapes and elements.
 
-An array's element type stands in its annotation, and the codec holds senders to it; its shape is the struct's to check.
+An array's element type stands in its annotation, and the codec holds senders to it. So do its shape and the bounds of
+its elements, as `Elements`; every struct that carries arrays is held to them when it is made or received
+(`protocol.message.Value`). A shape that depends on another field is the struct's own to check.
 """
 
-from typing import TypeAlias
+import sys
+from collections.abc import Iterator
+from functools import cache
+from typing import Annotated, Any, NamedTuple, TypeAlias, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +18,97 @@ Float32Array: TypeAlias = NDArray[np.float32]
 Float64Array: TypeAlias = NDArray[np.float64]
 BoolArray: TypeAlias = NDArray[np.bool_]
 AnyArray: TypeAlias = NDArray[np.generic]
+Shape: TypeAlias = tuple[int | None, ...]
+
+GREATEST = sys.float_info.max
 
 
-def require_shape(name: str, array: AnyArray, shape: tuple[int | None, ...]) -> None:
-    """Raise `ValueError` unless `array` has `shape`, in which None stands for any size.
+class WrongArray(ValueError):
+    """An array is not as described, or has another shape than its field: a mistake of whoever wrote the message.
 
-    msgspec turns a `ValueError` from a struct into a validation error, which the codec reports as `MalformedMessage`.
+    msgspec turns it into a validation error with the field's path, which the codec reports as `MalformedMessage`.
     """
+
+
+class Elements(NamedTuple):
+    """What an annotated array holds: `Annotated[Float64Array, Elements((18, 3))]`.
+
+    Attributes:
+        shape: None stands for any size.
+        lowest, highest: bounds of all elements, themselves allowed; unless told, any finite number.
+        or_nan: whether NaN may stand where nothing is known.
+        or_anything: whether all numbers are allowed, infinities as well: a sensor's readings.
+    """
+
+    shape: Shape
+    lowest: float = -GREATEST
+    highest: float = GREATEST
+    or_nan: bool = False
+    or_anything: bool = False
+
+
+def require_shape(name: str, array: AnyArray, shape: Shape) -> None:
+    """Raise `WrongArray` unless `array` has `shape`, in which None stands for any size."""
     if array.shape == shape:
         return
     if array.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=True)):
         wanted = "×".join("any" if size is None else str(size) for size in shape)
-        raise ValueError(f"{name} has shape {array.shape}, not {wanted}")
+        raise WrongArray(f"{name} has shape {array.shape}, not {wanted}")
+
+
+def require_elements(struct: object) -> None:
+    """Hold a struct's arrays to the `Elements` that its fields are annotated with.
+
+    Raises:
+        WrongArray: one has another shape.
+        ValueError: an element is out of bounds; the message names field and element.
+    """
+    for name, elements in elements_of(type(struct)):
+        array = getattr(struct, name)
+        if array is not None:
+            require_shape(name, array, elements.shape)
+            if array.dtype.kind == "f" and not _are_within(array, elements):
+                raise ValueError(_first_beyond(name, array, elements))
+
+
+@cache
+def elements_of(kind: type) -> tuple[tuple[str, Elements], ...]:
+    """The fields of a struct's type that are annotated with `Elements`."""
+    return tuple(
+        (name, elements)
+        for name, annotation in get_type_hints(kind, include_extras=True).items()
+        for elements in _annotated(annotation)
+    )
+
+
+def _annotated(annotation: Any) -> Iterator[Elements]:
+    """Those of a field, or of what else it may be than None."""
+    if get_origin(annotation) is Annotated:
+        yield from (one for one in annotation.__metadata__ if isinstance(one, Elements))
+    else:
+        for part in get_args(annotation):
+            if get_origin(part) is Annotated:
+                yield from _annotated(part)
+
+
+def _are_within(array: NDArray[Any], elements: Elements) -> bool:
+    if elements.or_anything or not array.size:
+        return True
+    # fmin and fmax pass over NaN, minimum and maximum do not. Comparisons with it are false.
+    if elements.or_nan:
+        lowest, highest = float(np.fmin.reduce(array, axis=None)), float(np.fmax.reduce(array, axis=None))
+        return not (lowest < elements.lowest or highest > elements.highest)
+    lowest, highest = float(np.minimum.reduce(array, axis=None)), float(np.maximum.reduce(array, axis=None))
+    return lowest >= elements.lowest and highest <= elements.highest
+
+
+def _first_beyond(name: str, array: NDArray[Any], elements: Elements) -> str:
+    # As doubles: a bound may be more than the elements' own type holds.
+    array = array.astype(np.float64)
+    within = (array >= elements.lowest) & (array <= elements.highest)
+    beyond = ~(within | np.isnan(array)) if elements.or_nan else ~within
+    place = tuple(np.argwhere(beyond)[0].tolist())
+    allowed = "finite"
+    if elements[1:3] != (-GREATEST, GREATEST):
+        allowed += f" and from {elements.lowest:g} to {elements.highest:g}"
+    return f"{name}{list(place)} is {array[place]:g}; it must be {allowed}" + (" or NaN" if elements.or_nan else "")

@@ -4,7 +4,6 @@ Sockets and the thread behind them belong to one process. In a process that is f
 to as a pickle (`spawn`, `forkserver`), connections are made anew with the first call there.
 """
 
-import math
 import os
 import time
 from collections import deque
@@ -26,6 +25,7 @@ from protocol.message import ReplyT, Request
 from protocol.messages import Drain, Hello, Ping, Pong, Role, State, Welcome
 from protocol.pending import Pending
 from protocol.process_lock import ProcessLock
+from protocol.quantities import MOST_SECONDS
 from protocol.security import LOCAL_ONLY, Security
 from protocol.sockets import Context, new_context
 from protocol.timeouts import Timeouts
@@ -201,7 +201,7 @@ class Caller:
         self, request: Request[ReplyT], deadline: float | None, target: str | None, *, at_once: bool
     ) -> Pending[ReplyT]:
         timeout = self._timeouts.call if deadline is None else deadline
-        if not math.isfinite(timeout):
+        if not -MOST_SECONDS <= timeout <= MOST_SECONDS:
             raise InvalidInput(f"a deadline is a number of seconds, not {timeout}")
         pending: Pending[ReplyT] = Pending()
         call = Call(

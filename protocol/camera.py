@@ -5,26 +5,31 @@ A pixel's centre has integer coordinates, so an image of width w spans from -0.5
 """
 
 import math
-from typing import Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Meta, Struct
 
 from protocol.arrays import Float64Array
+from protocol.quantities import Coordinate, FocalLength, PixelCoordinate
 
 Vector3: TypeAlias = tuple[float, float, float]
+Place: TypeAlias = tuple[Coordinate, Coordinate, Coordinate]
+"""Metres in the world frame."""
+
+PictureSide: TypeAlias = Annotated[int, Meta(ge=1, le=8192)]
 DepthNoise: TypeAlias = Literal["none", "d435i"]
 
 
 class Intrinsics(Struct, frozen=True):
     """Image size and pinhole parameters, in pixels."""
 
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
+    width: PictureSide
+    height: PictureSide
+    fx: FocalLength
+    fy: FocalLength
+    cx: PixelCoordinate
+    cy: PixelCoordinate
 
     def __post_init__(self) -> None:
         if not (0 < self.width <= 8192 and 0 < self.height <= 8192):
@@ -44,8 +49,8 @@ class Intrinsics(Struct, frozen=True):
 class CameraPose(Struct, frozen=True):
     """Where a camera is and the point that it looks at, in the world frame (z up, metres)."""
 
-    position: Vector3
-    target: Vector3
+    position: Place
+    target: Place
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(value) for value in (*self.position, *self.target)):

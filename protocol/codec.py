@@ -5,6 +5,7 @@ are msgpack maps, and an array's elements are a part of their own that the body 
 `Hello`, `Welcome`, `Failure` and the headers look the same in every version, so that two that differ can say so.
 """
 
+import re
 import struct
 from collections.abc import Sequence
 from typing import Any, TypeVar, cast
@@ -14,10 +15,10 @@ import numpy as np
 from msgspec import Struct
 
 from protocol.array_part import ArrayDescription, ArrayParts, Part, array_part
-from protocol.arrays import AnyArray
+from protocol.arrays import AnyArray, WrongArray
 from protocol.catalogue import Message, MessageType, message_type
-from protocol.errors import InvalidInput, LimitExceeded, MalformedMessage, VersionMismatch
-from protocol.header import ReplyHeader, RequestHeader
+from protocol.errors import ImpossibleValue, InvalidInput, LimitExceeded, MalformedMessage, VersionMismatch
+from protocol.header import ReplyHeader, RequestHeader, RequestNumber
 from protocol.limits import Limits
 from protocol.messages import (
     MESSAGE_NUMBERS,
@@ -32,7 +33,10 @@ from protocol.text import UNDECODABLE
 _PRELUDE = struct.Struct("<HH")
 _EVERY_VERSION: frozenset[MessageType] = frozenset({Hello, Welcome, Failure})
 
-HeaderT = TypeVar("HeaderT", RequestHeader, ReplyHeader)
+# A bound that a number breaks, in msgspec's words; a value of another type reads "Expected `float`, got `str`".
+_OUT_OF_BOUNDS = re.compile(r"Expected `(?:int|float)` (?:[<>]|that)")
+
+HeaderT = TypeVar("HeaderT", RequestHeader, RequestNumber, ReplyHeader)
 
 
 class Payload(Struct, frozen=True, eq=False):
@@ -123,7 +127,8 @@ def decode(envelope: Envelope, limits: Limits) -> Message:
 
     Raises:
         VersionMismatch: it is written in a version that this side does not speak.
-        MalformedMessage: it is no message, or a value in it is out of range.
+        ImpossibleValue: a value in it is out of its field's bounds; the message names the field.
+        MalformedMessage: it is no message otherwise.
     """
     kind = message_type(envelope.number)
     _require_version(envelope.version, kind)
@@ -132,8 +137,18 @@ def decode(envelope: Envelope, limits: Limits) -> Message:
         message = msgspec.msgpack.decode(envelope.body, type=kind, dec_hook=arrays.take)
         arrays.require_all_taken()
     except (*UNDECODABLE, ValueError) as error:
-        raise MalformedMessage(f"{kind.__name__}: {error}") from error
+        broken = ImpossibleValue if _is_out_of_bounds(error) else MalformedMessage
+        raise broken(f"{kind.__name__}: {error}") from error
     return message
+
+
+def _is_out_of_bounds(error: Exception) -> bool:
+    """Whether the message could be read, and breaks a bound of a type or a rule of a struct."""
+    if not isinstance(error, msgspec.ValidationError):
+        return False
+    if isinstance(error.__cause__, ValueError):
+        return not isinstance(error.__cause__, WrongArray)
+    return _OUT_OF_BOUNDS.match(str(error)) is not None
 
 
 def _require_version(version: int, kind: MessageType) -> None:

@@ -4,6 +4,7 @@ The orchestrator reads it once, writes it resolved into the run directory, and s
 (`protocol.config_file`).
 """
 
+import math
 from typing import Annotated, Literal, TypeAlias
 
 from msgspec import Meta, Struct, field
@@ -11,7 +12,30 @@ from msgspec.structs import replace
 
 from protocol.artifact import bodies_path
 from protocol.camera import DepthNoise
+from protocol.config_bounds import (
+    CameraSide,
+    Count,
+    CountOrNone,
+    Drones,
+    Duration,
+    EvaluationSeed,
+    FieldOfView,
+    Fraction,
+    ImageSide,
+    InHand,
+    Length,
+    Negative,
+    NotNegative,
+    Positive,
+    Processes,
+    StepDuration,
+    Threads,
+    ThreadsOrNone,
+    Units,
+)
+from protocol.errors import InvalidConfig, LimitExceeded
 from protocol.frame import Encoding
+from protocol.limits import require_picture_travels
 from protocol.named_files import NamedFile
 from protocol.observation import Lifting
 
@@ -19,14 +43,13 @@ FrameEncoding: TypeAlias = Literal["auto", Encoding]
 Profile: TypeAlias = Literal["thesis", "vantage"]
 Layout: TypeAlias = Literal["auto", "openpose", "trt_pose"]
 Pixels: TypeAlias = Literal["bgr", "bgr_centred", "rgb_unit", "rgb_signed", "rgb_imagenet"]
-Positive: TypeAlias = Annotated[float, Meta(gt=0)]
-NotNegative: TypeAlias = Annotated[float, Meta(ge=0)]
-Fraction: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
-Count: TypeAlias = Annotated[int, Meta(ge=1)]
-ImageSide: TypeAlias = Annotated[int, Meta(ge=64, le=2048, multiple_of=8)]
-CountOrNone: TypeAlias = Annotated[int, Meta(ge=0)]
 Checksum: TypeAlias = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
 
+MAX_SPEED = 1.0
+"""Metres a second along each axis, at which a drone flies at most."""
+
+BYTES_OF_TRANSITION = 800
+"""Memory that SAC keeps a transition in: the features before and after it, its action and its reward."""
 
 NETWORK_FILE = NamedFile("the network", words=r"\w+")
 """A word is the name of a network; a path has an ending or a folder."""
@@ -48,12 +71,12 @@ class TimeoutsConfig(_Section, frozen=True):
         grace: how long workers and agent go on without their orchestrator before they end by themselves.
     """
 
-    call: Positive = 30.0
-    startup: Positive = 120.0
-    heartbeat: Positive = 0.5
-    liveness: Positive = 5.0
-    progress: Positive = 20.0
-    grace: Positive = 60.0
+    call: Duration = 30.0
+    startup: Duration = 120.0
+    heartbeat: Duration = 0.5
+    liveness: Duration = 5.0
+    progress: Duration = 20.0
+    grace: Duration = 60.0
 
 
 class SupervisionConfig(_Section, frozen=True):
@@ -68,9 +91,9 @@ class SupervisionConfig(_Section, frozen=True):
     """
 
     restarts: Count = 5
-    window: Positive = 60.0
-    first_backoff: Positive = 0.5
-    longest_backoff: Positive = 10.0
+    window: Duration = 60.0
+    first_backoff: Duration = 0.5
+    longest_backoff: Duration = 10.0
     recycle_bytes: CountOrNone = 4 * 1024**3
     recycle_requests: CountOrNone = 0
 
@@ -84,9 +107,9 @@ class RenderConfig(_Section, frozen=True):
         bodies: a file of baked bodies, or none for the one in the user's cache.
     """
 
-    workers: Count = 1
-    threads: CountOrNone = 0
-    prefetch: Count = 2
+    workers: Processes = 1
+    threads: ThreadsOrNone = 0
+    prefetch: InHand = 2
     bodies: Annotated[str, NamedFile("the file of bodies", otherwise=bodies_path)] | None = None
 
 
@@ -125,13 +148,13 @@ class PerceptionConfig(_Section, frozen=True):
             changes what is seen a little; `auto` is `lossless` from other machines and `none` within this one.
     """
 
-    workers: Count = 1
+    workers: Processes = 1
     network: Annotated[str, NETWORK_FILE] | None = None
     layout: Layout = "auto"
     pixels: Literal["auto", Pixels] = "auto"
     backend: Literal["auto", "openvino", "onnxruntime"] = "auto"
     precision: Literal["f32", "bf16"] = "f32"
-    threads: Count = 1
+    threads: Threads = 1
     rows: ImageSide | None = None
     columns: ImageSide | None = None
     look: Literal["auto", "whole", "track"] = "auto"
@@ -142,17 +165,27 @@ class PerceptionConfig(_Section, frozen=True):
     lifter: Annotated[str, NamedFile("the lifter", words="auto")] = "auto"
     calibration: Annotated[str, NamedFile("the calibration", words="auto|none")] = "auto"
     mask: Literal["auto", "none", "skeleton"] = "auto"
-    prefetch: Count = 4
+    prefetch: InHand = 4
     frames: FrameEncoding = "auto"
+
+    def __post_init__(self) -> None:
+        if self.backend == "onnxruntime" and self.precision != "f32":
+            raise InvalidConfig(f"perception.precision: {self.precision} is OpenVINO's; ONNX Runtime computes in f32")
 
 
 class CameraConfig(_Section, frozen=True):
     """The drone's camera; `horizontal_fov` in degrees."""
 
-    width: Annotated[int, Meta(ge=16, le=8192)] = 640
-    height: Annotated[int, Meta(ge=16, le=8192)] = 480
-    horizontal_fov: Annotated[float, Meta(gt=1, lt=170)] = 70.0
+    width: CameraSide = 640
+    height: CameraSide = 480
+    horizontal_fov: FieldOfView = 70.0
     depth_noise: DepthNoise = "none"
+
+    def __post_init__(self) -> None:
+        try:
+            require_picture_travels(self.width, self.height)
+        except LimitExceeded as error:
+            raise InvalidConfig(f"environment.camera.width, height: {error}") from error
 
 
 class EnvironmentConfig(_Section, frozen=True):
@@ -168,22 +201,40 @@ class EnvironmentConfig(_Section, frozen=True):
         success_threshold: weighted uncertainty (0 to 10) below which an episode's end counts as a success.
     """
 
-    num_envs: Count = 4
+    num_envs: Drones = 4
     episode_steps: Count = 100
-    step_duration: Positive = 0.5
-    beta: Annotated[float, Meta(gt=1)] = 2.0
-    front_distance: Positive = 2.5
-    front_height: Positive = 1.6
-    target_height: Positive = 1.2
+    step_duration: StepDuration = 0.5
+    beta: Annotated[float, Meta(gt=1, le=1e6)] = 2.0
+    front_distance: Length = 2.5
+    front_height: Length = 1.6
+    target_height: Length = 1.2
     uncertainty_scale: Positive = 1 / 54
     distance_scale: Positive = 1 / 9
-    penalty: Annotated[float, Meta(lt=0)] = -100.0
-    keep_out: Positive = 1.5
-    half_width: Positive = 9.0
-    lowest: Positive = 0.5
-    highest: Positive = 4.0
+    penalty: Negative = -100.0
+    keep_out: Length = 1.5
+    half_width: Length = 9.0
+    lowest: Length = 0.5
+    highest: Length = 4.0
     success_threshold: Positive = 1.6
     camera: CameraConfig = CameraConfig()
+
+    @property
+    def start_clearance(self) -> float:
+        """Metres from a person at which no first step ends a flight."""
+        return self.keep_out + math.sqrt(2) * MAX_SPEED * self.step_duration
+
+    def __post_init__(self) -> None:
+        reach = MAX_SPEED * self.step_duration
+        if self.highest - self.lowest <= 2 * reach:
+            raise InvalidConfig(
+                f"environment.lowest, highest: a workspace from {self.lowest} to {self.highest} m high has no room to "
+                f"start in, with steps of {reach} m"
+            )
+        if self.half_width - reach <= self.start_clearance:
+            raise InvalidConfig(
+                f"environment.keep_out, half_width: a keep-out of {self.keep_out} m leaves no room in "
+                f"±{self.half_width} m to start in, with steps of {reach} m"
+            )
 
 
 class SacConfig(_Section, frozen=True):
@@ -197,7 +248,7 @@ class SacConfig(_Section, frozen=True):
         initial_entropy: the entropy coefficient's first value; it is learned.
     """
 
-    hidden: tuple[Count, ...] = (128, 128)
+    hidden: tuple[Units, ...] = (128, 128)
     memory: Count = 100_000
     batch: Count = 256
     updates_per_step: Positive = 1.0
@@ -205,8 +256,24 @@ class SacConfig(_Section, frozen=True):
     discount: Fraction = 0.98
     polyak: Fraction = 0.005
     initial_entropy: Positive = 0.2
-    reward_floor: Annotated[float, Meta(lt=0)] = -30.0
+    reward_floor: Negative = -30.0
     reward_scale: Positive = 10.0
+
+    def require_batch(self, num_envs: int) -> None:
+        """Raise `InvalidConfig` unless its memory holds a batch, and a step of every drone."""
+        if self.memory < max(self.batch, num_envs):
+            raise InvalidConfig(
+                f"learner.sac.memory: {self.memory} transitions hold no batch of {self.batch} from {num_envs} drones"
+            )
+
+    def require_memory(self, machine_bytes: int) -> None:
+        """Raise `InvalidConfig` unless a machine of so many bytes can hold its memory."""
+        needed = self.memory * BYTES_OF_TRANSITION
+        if needed > machine_bytes:
+            raise InvalidConfig(
+                f"learner.sac.memory: {self.memory} transitions take {needed / 2**30:.1f} GiB of memory, and this "
+                f"machine has {machine_bytes / 2**30:.1f}"
+            )
 
 
 class PpoConfig(_Section, frozen=True):
@@ -217,7 +284,7 @@ class PpoConfig(_Section, frozen=True):
         reward_floor, reward_scale: as for SAC.
     """
 
-    hidden: tuple[Count, ...] = (256, 256)
+    hidden: tuple[Units, ...] = (256, 256)
     rollout: Count = 128
     epochs: Count = 8
     minibatches: Count = 4
@@ -226,8 +293,15 @@ class PpoConfig(_Section, frozen=True):
     gae_lambda: Fraction = 0.95
     clip: Positive = 0.2
     entropy: NotNegative = 0.0
-    reward_floor: Annotated[float, Meta(lt=0)] = -30.0
+    reward_floor: Negative = -30.0
     reward_scale: Positive = 1.0
+
+    def require_minibatches(self, num_envs: int) -> None:
+        """Raise `InvalidConfig` unless a rollout can be cut into its minibatches."""
+        if self.rollout * num_envs < self.minibatches:
+            raise InvalidConfig(
+                f"learner.ppo.rollout: {self.rollout} steps of {num_envs} drones make no {self.minibatches} minibatches"
+            )
 
 
 class LearnerConfig(_Section, frozen=True):
@@ -262,7 +336,7 @@ class EvaluationConfig(_Section, frozen=True):
     """Flights on test identities; every policy flies the same scenes."""
 
     episodes: Count = 20
-    first_seed: int = 1_000_000
+    first_seed: EvaluationSeed = 1_000_000
     baselines: tuple[Literal["stay", "random", "circle", "front"], ...] = ("stay", "random", "circle", "front")
 
 
@@ -286,6 +360,17 @@ class RunConfig(_Section, frozen=True):
     training: TrainingConfig = field(default_factory=TrainingConfig)
     evaluation: EvaluationConfig = field(default_factory=EvaluationConfig)
     artifacts: dict[str, Checksum] = {}
+
+    def __post_init__(self) -> None:
+        if self.learner.algorithm == "sac":
+            self.learner.sac.require_batch(self.environment.num_envs)
+        else:
+            self.learner.ppo.require_minibatches(self.environment.num_envs)
+
+    def require_memory(self, machine_bytes: int) -> None:
+        """Raise `InvalidConfig` unless a machine of so many bytes can hold what the learner keeps."""
+        if self.learner.algorithm == "sac":
+            self.learner.sac.require_memory(machine_bytes)
 
 
 _PERCEPTION: dict[Profile, dict[str, str]] = {

@@ -9,7 +9,8 @@ VantageError
 ├── ProtocolError         what arrived breaks the protocol
 │   ├── VersionMismatch     no version that both sides speak
 │   ├── WrongRole           the worker at the address serves another role
-│   ├── MalformedMessage    it can't be decoded, or its values are out of range
+│   ├── MalformedMessage    it can't be decoded
+│   │   └── ImpossibleValue   it can, and a number in it is not finite or out of bounds; told as `invalid-input`
 │   └── LimitExceeded       it is larger than what this side takes
 ├── AddressUnavailable    an address can't be bound or is no address
 ├── NotPermitted          no key, or not the key for this role
@@ -67,7 +68,11 @@ class WrongRole(ProtocolError):
 
 
 class MalformedMessage(ProtocolError):
-    """A message can't be decoded, or its values are out of range."""
+    """A message can't be decoded."""
+
+
+class ImpossibleValue(MalformedMessage):
+    """A message can be decoded, and a value in it breaks its field's bounds; its sender is told `invalid-input`."""
 
 
 class LimitExceeded(ProtocolError):

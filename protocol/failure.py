@@ -2,7 +2,7 @@
 
 import re
 
-from protocol.errors import CallFailed, Rejected, VantageError, VersionMismatch
+from protocol.errors import CallFailed, ImpossibleValue, Rejected, VantageError, VersionMismatch
 from protocol.messages import Failure
 from protocol.text import readable
 
@@ -11,10 +11,16 @@ _LONGEST_MESSAGE = 2000
 VERSION_MISMATCH = "version-mismatch"
 OVERLOADED = "overloaded"
 DRAINING = "draining"
+INVALID_INPUT = "invalid-input"
 
 
 def code_of(kind: type[Exception]) -> str:
-    """The stable word for an error: `invalid-input` for `InvalidInput`."""
+    """The stable word for an error: `invalid-input` for `InvalidInput`.
+
+    To whoever sent it, a value that can't be is the same, whether the codec or a handler found it.
+    """
+    if issubclass(kind, ImpossibleValue):
+        return INVALID_INPUT
     return re.sub(r"(?<!^)(?=[A-Z])", "-", kind.__name__).lower()
 
 

@@ -1,19 +1,22 @@
 """What a camera saw: colours, distances and where it stood."""
 
-from typing import Literal, TypeAlias, get_args
+from typing import Annotated, Literal, TypeAlias, get_args
 
 from msgspec.structs import replace
 
-from protocol.arrays import BoolArray, Float32Array, Float64Array, UInt8Array, require_shape
+from protocol.arrays import Elements, Float32Array, UInt8Array, require_shape
 from protocol.camera import Camera
 from protocol.errors import InvalidInput
+from protocol.joint_arrays import JointFlags, JointTruth
 from protocol.message import Reply, Value
+from protocol.quantities import Measured
 from protocol.region import Region, require_in_picture
-from protocol.skeleton import JOINT_COUNT
 
 PackedEncoding: TypeAlias = Literal["lossless", "jpeg"]
 Encoding: TypeAlias = Literal["none", PackedEncoding]
 """How a frame travels: as it is, smaller and the same to the bit, or with colours that are a little off."""
+
+PackedBytes: TypeAlias = Annotated[UInt8Array, Elements((None,))]
 
 ENCODINGS: tuple[Encoding, ...] = get_args(Encoding)
 
@@ -26,12 +29,8 @@ class Packed(Value, frozen=True, eq=False, kw_only=True):
     """
 
     encoding: PackedEncoding
-    rgb: UInt8Array
-    depth: UInt8Array
-
-    def __post_init__(self) -> None:
-        require_shape("rgb", self.rgb, (None,))
-        require_shape("depth", self.depth, (None,))
+    rgb: PackedBytes
+    depth: PackedBytes
 
 
 class Frame(Reply, frozen=True, eq=False, kw_only=True):
@@ -51,25 +50,22 @@ class Frame(Reply, frozen=True, eq=False, kw_only=True):
             there is none.
     """
 
-    rgb: UInt8Array
-    depth: Float32Array
+    rgb: Annotated[UInt8Array, Elements((None, None, 3))]
+    depth: Annotated[Float32Array, Elements((None, None), or_anything=True)]
     camera: Camera
-    joints: Float64Array | None = None
-    visible: BoolArray | None = None
-    timings: dict[str, float] = {}
+    joints: JointTruth | None = None
+    visible: JointFlags | None = None
+    timings: dict[str, Measured] = {}
     packed: Packed | None = None
     region: Region | None = None
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.region is not None:
             require_in_picture(self.region, self.camera.intrinsics)
         size = self.area.shape if self.packed is None else (0, 0)
         require_shape("rgb", self.rgb, (*size, 3))
         require_shape("depth", self.depth, size)
-        if self.joints is not None:
-            require_shape("joints", self.joints, (JOINT_COUNT, 3))
-        if self.visible is not None:
-            require_shape("visible", self.visible, (JOINT_COUNT,))
 
     @property
     def area(self) -> Region:

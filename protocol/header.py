@@ -3,13 +3,14 @@
 Deadlines are relative, since the clocks of two machines differ; the time on the way counts in the sender's favour.
 """
 
-from typing import Annotated, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 from msgspec import Meta, Struct
 
+from protocol.quantities import Seconds
+
 RequestId: TypeAlias = Annotated[int, Meta(ge=0, le=2**63 - 1)]
 Incarnation: TypeAlias = Annotated[str, Meta(max_length=64)]
-Seconds: TypeAlias = Annotated[float, Meta(ge=0)]
 
 
 class RequestHeader(Struct, frozen=True):
@@ -18,6 +19,13 @@ class RequestHeader(Struct, frozen=True):
     request: RequestId
     incarnation: Incarnation
     deadline: Seconds
+
+
+class RequestNumber(Struct, frozen=True):
+    """What must be read of a request's header to answer it, whatever else is in there; a reply's has no deadline."""
+
+    request: RequestId
+    deadline: Any
 
 
 class ReplyHeader(Struct, frozen=True):

@@ -2,7 +2,7 @@
 
 from msgspec import Struct
 
-from protocol.errors import InvalidConfig
+from protocol.errors import InvalidConfig, LimitExceeded
 
 KIB = 1024
 MIB = 1024 * KIB
@@ -44,3 +44,14 @@ class Limits(Struct, frozen=True, kw_only=True):
 
 
 DEFAULT_LIMITS = Limits()
+
+
+def require_picture_travels(width: int, height: int, limits: Limits = DEFAULT_LIMITS) -> None:
+    """Raise `LimitExceeded` unless a frame of so many pixels may travel; packed, it must open to no more."""
+    pixels = width * height
+    colours, depth = 3 * pixels, 4 * pixels
+    if max(colours, depth) > limits.array_bytes or colours + depth > limits.message_bytes:
+        raise LimitExceeded(
+            f"a picture of {width}×{height} pixels takes arrays of {colours} and {depth} bytes; "
+            f"{limits.array_bytes} are allowed each, {limits.message_bytes} together"
+        )

@@ -19,7 +19,7 @@ from protocol.catalogue import Message
 from protocol.codec import decode, decode_header, encode, open_envelope, seal
 from protocol.errors import NotPermitted, ProtocolError, VersionMismatch
 from protocol.failure import draining, failure_of, overloaded
-from protocol.header import ReplyHeader, RequestHeader
+from protocol.header import ReplyHeader, RequestHeader, RequestNumber
 from protocol.incarnation import new_incarnation
 from protocol.jobs import Jobs
 from protocol.limits import Limits
@@ -333,7 +333,7 @@ class Listener:
 
 
 def _request_number(message: list[Part]) -> int | None:
-    """The id of a request that may be malformed otherwise, so that its sender can be told."""
+    """The id of a request that may be malformed otherwise, its header as well, so that its sender can be told."""
     with contextlib.suppress(ProtocolError, IndexError):
-        return decode_header(message[1], RequestHeader).request
+        return decode_header(message[1], RequestNumber).request
     return None

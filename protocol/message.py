@@ -4,9 +4,17 @@ from typing import Generic, TypeVar
 
 from msgspec import Struct
 
+from protocol.arrays import require_elements
+
 
 class Value(Struct, frozen=True, eq=False):
-    """Root of the structs that carry arrays; compared by identity, since arrays have no single truth value."""
+    """Root of the structs that carry arrays; compared by identity, since arrays have no single truth value.
+
+    Its arrays are held to the `Elements` that they are annotated with. Whoever has a rule of its own calls this first.
+    """
+
+    def __post_init__(self) -> None:
+        require_elements(self)
 
 
 class Reply(Value, frozen=True, eq=False):

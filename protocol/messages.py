@@ -12,6 +12,7 @@ from protocol.camera import Camera
 from protocol.frame import Encoding, Frame
 from protocol.message import Reply, Request
 from protocol.observation import FilterState, Lifting, Observation
+from protocol.quantities import Interval, Tally
 from protocol.region import Region, require_in_picture
 from protocol.scene import MOST_BYSTANDERS, Poses, Scene, Split
 
@@ -48,7 +49,7 @@ class Welcome(Reply, frozen=True, eq=False, kw_only=True):
     role: Role
     incarnation: str
     capabilities: dict[str, str] = {}
-    heartbeat: float
+    heartbeat: Interval
 
 
 class Hello(Request[Welcome], frozen=True, eq=False, kw_only=True):
@@ -75,10 +76,10 @@ class Pong(Reply, frozen=True, eq=False, kw_only=True):
 
     incarnation: str
     state: State
-    progress: int
-    queue_depth: int
-    resident_bytes: int
-    malformed: int = 0
+    progress: Tally
+    queue_depth: Tally
+    resident_bytes: Tally
+    malformed: Tally = 0
     lacks: tuple[Role, ...] = ()
 
 
@@ -177,7 +178,7 @@ class WorkerRecord(Struct, frozen=True, kw_only=True):
     incarnation: str
     state: State
     name: str = ""
-    pid: int = 0
+    pid: Tally = 0
     key: str = ""
 
 

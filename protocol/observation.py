@@ -1,13 +1,26 @@
 """What a perception worker makes of a frame: where each joint is, and how sure we are of it."""
 
 from collections.abc import Mapping
-from typing import Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 
-from protocol.arrays import BoolArray, Float32Array, Float64Array, require_shape
+from protocol.arrays import BoolArray, Elements, Float32Array, Float64Array
 from protocol.camera import Vector3
+from protocol.joint_arrays import (
+    FARTHEST,
+    MOST_VARIANCE,
+    JointEvidence,
+    JointFlags,
+    JointMetres,
+    JointPixels,
+    JointPoints,
+    JointQuality,
+    JointTruth,
+    JointVariance,
+)
 from protocol.message import Reply, Value
+from protocol.quantities import Measured
 from protocol.skeleton import JOINT_COUNT
 
 Lifting: TypeAlias = Literal["mean", "median", "nearest"]
@@ -25,12 +38,6 @@ BASE_PROCESS_NOISE = 0.01
 BASE_PROCESS_NOISES: Mapping[FilterRule, float] = {"quality": BASE_PROCESS_NOISE, "variance": 1e-5}
 """m² that a joint's variance grows by from one frame that locates it to the next."""
 
-EVIDENCE_SIZE = 7
-"""Numbers that tell of the depths in a window."""
-
-FARTHEST = 1e6
-"""Metres from the world's origin, beyond which no filter is."""
-
 
 class FilterState(Value, frozen=True, eq=False):
     """The Kalman filter over 18 joints at rest (seed, section 3.3.4). It travels: out with a request, back updated.
@@ -43,23 +50,11 @@ class FilterState(Value, frozen=True, eq=False):
         rule: by what it tells an observation's noise; where no lifter has learned a variance, by quality all the same.
     """
 
-    mean: Float64Array
-    variance: Float64Array
-    process_noise: Float64Array
-    seen: BoolArray
+    mean: Annotated[Float64Array, Elements((JOINT_COUNT, 3), -FARTHEST, FARTHEST)]
+    variance: Annotated[Float64Array, Elements((JOINT_COUNT, 3), 0.0, MOST_VARIANCE)]
+    process_noise: Annotated[Float64Array, Elements((JOINT_COUNT,), 0.0, MOST_VARIANCE)]
+    seen: JointFlags
     rule: FilterRule = "quality"
-
-    def __post_init__(self) -> None:
-        require_shape("mean", self.mean, (JOINT_COUNT, 3))
-        require_shape("variance", self.variance, (JOINT_COUNT, 3))
-        require_shape("process_noise", self.process_noise, (JOINT_COUNT,))
-        require_shape("seen", self.seen, (JOINT_COUNT,))
-        # Comparisons with NaN are false.
-        if not (np.abs(self.mean) <= FARTHEST).all():
-            raise ValueError(f"a filter's mean must be finite and within {FARTHEST:.0e} m of the world's origin")
-        for name in ("variance", "process_noise"):
-            if not ((getattr(self, name) >= 0.0) & (getattr(self, name) <= FARTHEST**2)).all():
-                raise ValueError(f"a filter's {name} must be finite and not negative")
 
     @classmethod
     def initial(cls, mean: Vector3 = (0.0, 0.0, 0.0), rule: FilterRule = "quality") -> "FilterState":
@@ -81,14 +76,9 @@ class Reading(Value, frozen=True, eq=False, kw_only=True):
         distance, quality: (18,) in [0, 1], as in an observation; mass and height don't depend on depth.
     """
 
-    points: Float64Array
-    distance: Float64Array
-    quality: Float64Array
-
-    def __post_init__(self) -> None:
-        require_shape("points", self.points, (JOINT_COUNT, 3))
-        for name in ("distance", "quality"):
-            require_shape(name, getattr(self, name), (JOINT_COUNT,))
+    points: JointPoints
+    distance: JointQuality
+    quality: JointQuality
 
 
 class Evidence(Value, frozen=True, eq=False, kw_only=True):
@@ -100,12 +90,8 @@ class Evidence(Value, frozen=True, eq=False, kw_only=True):
             the greatest, in metres; NaN where there is none.
     """
 
-    narrow: Float32Array
-    wide: Float32Array
-
-    def __post_init__(self) -> None:
-        for name in ("narrow", "wide"):
-            require_shape(name, getattr(self, name), (JOINT_COUNT, EVIDENCE_SIZE))
+    narrow: JointEvidence
+    wide: JointEvidence
 
 
 class Observation(Reply, frozen=True, eq=False, kw_only=True):
@@ -132,37 +118,26 @@ class Observation(Reply, frozen=True, eq=False, kw_only=True):
             unpack where the frame was packed for its way.
     """
 
-    keypoints: Float64Array
-    points: Float64Array
-    mass: Float64Array
-    height: Float64Array
-    distance: Float64Array
-    quality: Float64Array
+    keypoints: JointPixels
+    points: JointPoints
+    mass: JointQuality
+    height: JointQuality
+    distance: JointQuality
+    quality: JointQuality
     filter: FilterState
-    heatmaps: Float32Array | None = None
+    heatmaps: Annotated[Float32Array, Elements((None, None, None))] | None = None
     heatmap_area: tuple[int, int, int, int] | None = None
-    joints: Float64Array | None = None
-    visible: BoolArray | None = None
-    timings: dict[str, float] = {}
-    spread: Float64Array | None = None
-    expected_error: Float64Array | None = None
-    radius: Float64Array | None = None
+    joints: JointTruth | None = None
+    visible: JointFlags | None = None
+    timings: dict[str, Measured] = {}
+    spread: JointMetres | None = None
+    expected_error: JointMetres | None = None
+    radius: JointMetres | None = None
     readings: dict[Lifting, Reading] = {}
     evidence: Evidence | None = None
-    variance: Float64Array | None = None
+    variance: JointVariance | None = None
 
     @property
     def inferred(self) -> BoolArray:
         """(18,) which joints have a place by the others' alone: they were located, and not detected."""
         return np.isfinite(self.points[:, 0]) & np.isnan(self.keypoints[:, 0])
-
-    def __post_init__(self) -> None:
-        require_shape("keypoints", self.keypoints, (JOINT_COUNT, 2))
-        require_shape("points", self.points, (JOINT_COUNT, 3))
-        for name in ("mass", "height", "distance", "quality"):
-            require_shape(name, getattr(self, name), (JOINT_COUNT,))
-        if self.variance is not None:
-            require_shape("variance", self.variance, (JOINT_COUNT, 3))
-        for name in ("spread", "expected_error", "radius"):
-            if (array := getattr(self, name)) is not None:
-                require_shape(name, array, (JOINT_COUNT,))

@@ -7,10 +7,9 @@ what a packed one looks like. What is packed and opened in a handler holds up no
 import numpy as np
 from msgspec.structs import replace
 
-from protocol.errors import LimitExceeded
 from protocol.frame import Encoding, Frame, Packed
 from protocol.jpeg import compress_jpeg, decompress_jpeg
-from protocol.limits import DEFAULT_LIMITS, Limits
+from protocol.limits import DEFAULT_LIMITS, Limits, require_picture_travels
 from protocol.lossless import compress_colours, compress_depth, decompress_colours, decompress_depth
 
 
@@ -22,7 +21,7 @@ def pack(frame: Frame, encoding: Encoding, limits: Limits = DEFAULT_LIMITS) -> F
     """
     if encoding == "none":
         return frame
-    _require_size(frame, limits)
+    _require_travels(frame, limits)
     colours = compress_jpeg(frame.rgb) if encoding == "jpeg" else compress_colours(frame.rgb)
     packed = Packed(encoding=encoding, rgb=colours, depth=compress_depth(frame.depth))
     return replace(frame, rgb=np.zeros((0, 0, 3), np.uint8), depth=np.zeros((0, 0), np.float32), packed=packed)
@@ -38,7 +37,7 @@ def unpack(frame: Frame, limits: Limits = DEFAULT_LIMITS) -> Frame:
     packed = frame.packed
     if packed is None:
         return frame
-    _require_size(frame, limits)
+    _require_travels(frame, limits)
     size = frame.area.shape
     rgb = (decompress_jpeg if packed.encoding == "jpeg" else decompress_colours)(packed.rgb, *size)
     depth = decompress_depth(packed.depth, *size)
@@ -46,13 +45,6 @@ def unpack(frame: Frame, limits: Limits = DEFAULT_LIMITS) -> Frame:
     return replace(frame, rgb=rgb, depth=depth, packed=None)
 
 
-def _require_size(frame: Frame, limits: Limits) -> None:
+def _require_travels(frame: Frame, limits: Limits) -> None:
     """What is not taken as it is, is not taken packed: a few bytes may announce any size."""
-    rows, columns = frame.area.shape
-    pixels = rows * columns
-    colours, depth = 3 * pixels, 4 * pixels
-    if max(colours, depth) > limits.array_bytes or colours + depth > limits.message_bytes:
-        raise LimitExceeded(
-            f"a packed picture of {columns}×{rows} pixels takes arrays of {colours} and {depth} "
-            f"bytes; {limits.array_bytes} are allowed each, {limits.message_bytes} together"
-        )
+    require_picture_travels(frame.area.width, frame.area.height, limits)

@@ -1,9 +1,9 @@
 """A part of a picture: a rectangle of whole pixels, and the way between its own pixels and the whole picture's."""
 
-from typing import TypeVar
+from typing import Annotated, TypeVar
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from protocol.arrays import Float64Array
@@ -15,10 +15,10 @@ ElementT = TypeVar("ElementT", bound=np.generic)
 class Region(Struct, frozen=True):
     """A rectangle of whole pixels, counted from the whole picture's upper left corner."""
 
-    left: int
-    top: int
-    width: int
-    height: int
+    left: Annotated[int, Meta(ge=0)]
+    top: Annotated[int, Meta(ge=0)]
+    width: Annotated[int, Meta(ge=1)]
+    height: Annotated[int, Meta(ge=1)]
 
     def __post_init__(self) -> None:
         if self.width < 1 or self.height < 1:

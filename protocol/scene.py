@@ -6,12 +6,12 @@ frame.
 """
 
 import math
-from typing import Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
-from msgspec import Struct, field
+from msgspec import Meta, Struct, field
 from msgspec.structs import force_setattr
 
-from protocol.camera import Vector3
+from protocol.quantities import ArmLengths, Coordinate, Elevation, Heading, JointAngle, Seed, SunStrength
 
 Split: TypeAlias = Literal["train", "test"]
 
@@ -27,6 +27,9 @@ TRAIN_POSES = range(6)
 TEST_POSES = range(8)
 """Poses 6 and 7 are never seen in training (seed, section 4.3.4)."""
 
+Identity: TypeAlias = Annotated[int, Meta(ge=0, lt=60)]
+PoseKind: TypeAlias = Annotated[int, Meta(ge=0, lt=8)]
+
 MOST_BYSTANDERS = 8
 """So that a request can't ask for a crowd that no renderer has the memory for."""
 
@@ -40,8 +43,8 @@ class Arm(Struct, frozen=True):
         swivel: radians by which the elbow turns out of the vertical plane through the arm, outwards positive.
     """
 
-    wrist: Vector3
-    swivel: float = 0.0
+    wrist: tuple[ArmLengths, ArmLengths, ArmLengths]
+    swivel: JointAngle = 0.0
 
 
 class Leg(Struct, frozen=True):
@@ -50,16 +53,16 @@ class Leg(Struct, frozen=True):
     The foot is level as far as the ankle can bend.
     """
 
-    flexion: float = 0.0
-    abduction: float = 0.0
-    knee: float = 0.0
+    flexion: JointAngle = 0.0
+    abduction: JointAngle = 0.0
+    knee: JointAngle = 0.0
 
 
 class Head(Struct, frozen=True):
     """Radians, against the upper trunk. `pitch` nods down, `turn` looks to the person's left."""
 
-    pitch: float = 0.0
-    turn: float = 0.0
+    pitch: JointAngle = 0.0
+    turn: JointAngle = 0.0
 
 
 class Trunk(Struct, frozen=True):
@@ -69,9 +72,9 @@ class Trunk(Struct, frozen=True):
     left by `lean`, about one axis.
     """
 
-    bend: float = 0.0
-    lean: float = 0.0
-    twist: float = 0.0
+    bend: JointAngle = 0.0
+    lean: JointAngle = 0.0
+    twist: JointAngle = 0.0
 
 
 UPRIGHT = Trunk()
@@ -82,7 +85,7 @@ UPRIGHT = Trunk()
 class BodyPose(Struct, frozen=True, omit_defaults=True):
     """What a body does: a sample of one of the eight kinds of body pose (`kind`, 0 to 7), or a pose of no kind (0)."""
 
-    kind: int
+    kind: PoseKind
     left_arm: Arm
     right_arm: Arm
     left_leg: Leg = field(default_factory=Leg)
@@ -99,9 +102,9 @@ class BodyPose(Struct, frozen=True, omit_defaults=True):
 class Sun(Struct, frozen=True):
     """Direction towards the sun in the world frame (radians), and how strong it is (1 is a clear day)."""
 
-    azimuth: float
-    elevation: float
-    strength: float = 1.0
+    azimuth: Heading
+    elevation: Elevation
+    strength: SunStrength = 1.0
 
 
 class Figure(Struct, frozen=True):
@@ -114,11 +117,11 @@ class Figure(Struct, frozen=True):
         yaw: radians from world x to the person's front, counter-clockwise seen from above.
     """
 
-    identity: int
+    identity: Identity
     pose: BodyPose
-    appearance: int
-    position: tuple[float, float]
-    yaw: float
+    appearance: Seed
+    position: tuple[Coordinate, Coordinate]
+    yaw: Heading
 
     def __post_init__(self) -> None:
         _require_possible(self)
@@ -134,11 +137,11 @@ class Scene(Struct, frozen=True, omit_defaults=True):
         bystanders: who else is there; a frame's truth is not theirs.
     """
 
-    identity: int
+    identity: Identity
     pose: BodyPose
-    appearance: int
-    position: tuple[float, float]
-    yaw: float
+    appearance: Seed
+    position: tuple[Coordinate, Coordinate]
+    yaw: Heading
     sun: Sun
     ground: str
     background: str

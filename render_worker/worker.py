@@ -18,9 +18,11 @@ from protocol.errors import VantageError
 from protocol.exit_code import ExitCode, logged_exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.frame import Frame
+from protocol.limits import require_picture_travels
 from protocol.logs import configure
 from protocol.messages import Render, Role, Sampled, SampleScene
 from protocol.packing import pack
+from protocol.region import Region
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import add_security_options, security_of
 from protocol.server import Handlers, serve
@@ -117,8 +119,10 @@ def draw(request: Render, renderer: Renderer) -> Frame:
 
     Raises:
         InvalidInput: as `Renderer.render`.
-        LimitExceeded: the frame is too large to travel.
+        LimitExceeded: the frame is too large to travel; nothing was drawn.
     """
+    area = request.region or Region.seen_by(request.camera.intrinsics)
+    require_picture_travels(area.width, area.height)
     frame, begun = renderer.render(request), time.perf_counter()
     packed = pack(frame, request.encoding)
     if packed is frame:

@@ -8,7 +8,8 @@ import pyarrow as pa
 from orchestrator.lifter.views import FitView
 from protocol.camera import Camera
 from protocol.errors import InvalidInput
-from protocol.observation import EVIDENCE_SIZE, Observation
+from protocol.joint_arrays import EVIDENCE_SIZE
+from protocol.observation import Observation
 from protocol.scene import Scene
 from protocol.skeleton import JOINT_COUNT
 

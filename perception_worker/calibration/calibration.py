@@ -19,6 +19,7 @@ from protocol.arrays import Float64Array
 from protocol.camera import Vector3
 from protocol.errors import ArtifactDamaged, InvalidConfig
 from protocol.observation import Lifting
+from protocol.quantities import Factor
 from protocol.skeleton import JOINT_COUNT
 from protocol.text import UNDECODABLE
 
@@ -71,7 +72,7 @@ class StoredCalibration(Struct, frozen=True, kw_only=True, forbid_unknown_fields
     features: tuple[str, ...]
     error: StoredEnsemble
     reach: StoredEnsemble
-    factor: Annotated[tuple[float, ...], Meta(min_length=JOINT_COUNT, max_length=JOINT_COUNT)]
+    factor: Annotated[tuple[Factor, ...], Meta(min_length=JOINT_COUNT, max_length=JOINT_COUNT)]
 
 
 class Calibrated(NamedTuple):

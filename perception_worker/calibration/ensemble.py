@@ -32,7 +32,8 @@ class Ensemble:
     """Adds up what each of its trees says.
 
     Raises:
-        ArtifactDamaged: the stored arrays don't fit together, or ask for features that there are not.
+        ArtifactDamaged: the stored arrays don't fit together, ask for features that there are not, or have a leaf that
+            is not finite.
     """
 
     def __init__(self, stored: StoredEnsemble, feature_count: int) -> None:
@@ -46,9 +47,12 @@ class Ensemble:
         if features.max() >= feature_count:
             raise ArtifactDamaged("the trees of a calibration ask for features that there are not")
         levels = [slice(2**level - 1, 2 ** (level + 1) - 1) for level in range(stored.depth)]
+        self._leaves = np.frombuffer(stored.leaves, "<f4").astype(np.float64)
+        # A threshold may be infinite: a leaf that is not as deep as the others has one, above which nothing is.
+        if np.isnan(thresholds).any() or not np.isfinite(self._leaves).all():
+            raise ArtifactDamaged("the trees of a calibration have leaves that are not finite, or no threshold")
         # Node k of a level has the nodes 2 k and 2 k + 1 of the next below it, whichever tree it belongs to.
         self._levels = [(features[:, level].ravel(), thresholds[:, level].ravel()) for level in levels]
-        self._leaves = np.frombuffer(stored.leaves, "<f4").astype(np.float64)
         self._roots = np.arange(trees)
 
     def predict(self, samples: Float32Array) -> Float64Array:

@@ -15,6 +15,7 @@ from perception_worker.lifter.tokens import TOKEN_SIZE
 from perception_worker.network_setting import NetworkSetting
 from protocol.arrays import Float32Array
 from protocol.errors import ArtifactDamaged
+from protocol.quantities import Factor
 from protocol.skeleton import JOINT_COUNT
 from protocol.text import UNDECODABLE
 
@@ -23,7 +24,7 @@ FORMAT = 1
 LARGEST_FILE = 8 * 1024 * 1024
 """Bytes; what is larger is no lifter."""
 
-Factors = Annotated[tuple[float, ...], Meta(min_length=JOINT_COUNT, max_length=JOINT_COUNT)]
+Factors = Annotated[tuple[Factor, ...], Meta(min_length=JOINT_COUNT, max_length=JOINT_COUNT)]
 
 
 class Provenance(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -80,7 +81,7 @@ class StoredLifter(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     checksum: str
     seen: Certainty
     inferred: Certainty
-    unmeasured: float
+    unmeasured: Factor
 
 
 def packed(weights: Weights) -> dict[str, bytes]:
@@ -105,7 +106,7 @@ def unpacked_arrays(shape: Shape, weights: Mapping[str, bytes]) -> dict[str, Flo
     """Arrays of these shapes.
 
     Raises:
-        ArtifactDamaged: there are others.
+        ArtifactDamaged: there are others, or one has a value that is not finite.
     """
     arrays: dict[str, Float32Array] = {}
     for name, size in shape.parameters().items():
@@ -113,6 +114,8 @@ def unpacked_arrays(shape: Shape, weights: Mapping[str, bytes]) -> dict[str, Flo
         if len(encoded) != 2 * math.prod(size):
             raise ArtifactDamaged(f"the lifter's weights {name} don't have the shape {size}")
         arrays[name] = np.frombuffer(encoded, "<f2").astype(np.float32).reshape(size)
+        if not np.isfinite(arrays[name]).all():
+            raise ArtifactDamaged(f"the lifter's weights {name} have values that are not finite")
     return arrays
 
 

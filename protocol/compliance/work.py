@@ -14,14 +14,15 @@ from protocol.catalogue import Message
 from protocol.frame import Frame
 from protocol.message import Request
 from protocol.messages import Observe, Perceive, Render, Role, SampleScene
-from protocol.observation import FilterState, Observation
+from protocol.observation import FilterState, Lifting, Observation
 from protocol.region import Region
-from protocol.scene import Arm, BodyPose, Scene, Sun
+from protocol.scene import Arm, BodyPose, Figure, Scene, Sun, Trunk
 
 _POSE = CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0))
 _LARGE = 640, 480
 _SMALL = 32, 24
 _ALL = Region(0, 0, *_SMALL)
+_PART = Region(9, 5, 13, 7)
 
 SCENE = Scene(
     identity=3,
@@ -55,6 +56,10 @@ class Work(Protocol):
         """One of each further request that the role answers."""
         ...
 
+    def full(self) -> tuple[Request[Any], ...]:
+        """One of each request of the role with every optional field set, so that each of its numbers is there."""
+        ...
+
     def parts(self) -> tuple[Render, ...]:
         """Parts of pictures, where the role draws any."""
         ...
@@ -83,12 +88,20 @@ class RenderWork:
         # One that knows nothing of packed frames answers as ever.
         return SampleScene(seed=1, split="train"), replace(self.small(), encoding="lossless")
 
+    def full(self) -> tuple[Request[Any], ...]:
+        """A scene, and a part of a picture of two people with its truth."""
+        scene = _crowded(self._scene)
+        return (
+            SampleScene(seed=1, split="train", bystanders=1),
+            replace(self._measured("d435i"), scene=scene, truth=True, region=_PART),
+        )
+
     def parts(self) -> tuple[Render, ...]:
         """Somewhere within, at each border, one pixel, and all of it; of exact and of measured depth."""
         return tuple(
             replace(whole, region=region)
             for whole in map(self._measured, get_args(DepthNoise))
-            for region in (Region(9, 5, 13, 7), Region(0, 0, 11, 24), Region(20, 23, 12, 1), Region(31, 0, 1, 1), _ALL)
+            for region in (_PART, Region(0, 0, 11, 24), Region(20, 23, 12, 1), Region(31, 0, 1, 1), _ALL)
         )
 
     def _measured(self, noise: DepthNoise) -> Render:
@@ -120,6 +133,17 @@ class PerceptionWork:
         """Frames that are rendered for it."""
         return (Observe(scene=SCENE, camera=_camera(*_SMALL), filter=FilterState.initial()),)
 
+    def full(self) -> tuple[Request[Any], ...]:
+        """A frame at hand and one that is rendered, with all that may come along."""
+        along: dict[str, Any] = {"liftings": get_args(Lifting), "heatmaps": True, "evidence": True}
+        part = replace(_noise(*_SMALL, 0).part(_PART), timings={"render": 0.1})
+        # Bystanders are the renderer's to draw, and cost time.
+        scene, camera, state = _bent(SCENE), _camera(*_SMALL), FilterState.initial(rule="variance")
+        return (
+            Perceive(frame=part, filter=state, **along),
+            Observe(scene=scene, camera=camera, filter=state, truth=True, **along),
+        )
+
     def parts(self) -> tuple[Render, ...]:
         """It draws none."""
         return ()
@@ -132,6 +156,17 @@ def frame_to_perceive(tag: int = 0) -> Perceive:
 
 ROLES = (Role.RENDER, Role.PERCEPTION)
 """Whose work the suite knows."""
+
+
+def _crowded(scene: Scene) -> Scene:
+    """The scene with its person bent and somebody beside them, so that every field of a scene is sent."""
+    somebody = Figure(identity=5, pose=SCENE.pose, appearance=8, position=(1.0, 1.0), yaw=0.5)
+    return replace(_bent(scene), bystanders=(somebody,))
+
+
+def _bent(scene: Scene) -> Scene:
+    """An upright trunk is not sent."""
+    return replace(scene, pose=replace(scene.pose, trunk=Trunk(bend=0.1)))
 
 
 def _camera(width: int, height: int) -> Camera:

@@ -5,11 +5,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from msgspec.structs import replace
 
-from agent.workspace import closest_approach, contains, moved, outcome_of, random_start, require_room_to_start
+from agent.workspace import closest_approach, contains, moved, outcome_of, random_start
 from protocol.config import EnvironmentConfig
-from protocol.errors import InvalidConfig
 
 CONFIG = EnvironmentConfig()
 
@@ -75,9 +73,3 @@ def test_starts_are_all_over_the_workspace() -> None:
     starts = np.array([random_start(CONFIG, (0.0, 0.0), np.random.default_rng(seed)) for seed in range(400)])
     assert starts.min(axis=0) == pytest.approx([-8.5, -8.5, 1.0], abs=0.3)
     assert starts.max(axis=0) == pytest.approx([8.5, 8.5, 3.5], abs=0.3)
-
-
-@pytest.mark.parametrize("change", [{"keep_out": 8.0}, {"highest": 1.4}])
-def test_a_workspace_with_no_room_to_start_in_is_refused(change) -> None:
-    with pytest.raises(InvalidConfig, match="no room"):
-        require_room_to_start(replace(CONFIG, **change))

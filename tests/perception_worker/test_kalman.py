@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from perception_worker.kalman import REPEATED, update
+from protocol.joint_arrays import FARTHEST, MOST_VARIANCE
 from protocol.observation import FilterState
 from protocol.skeleton import Joint
 
@@ -159,3 +160,18 @@ class TestByVariance:
         by_variance = update(FilterState.initial(rule="variance"), seen(Joint.NECK, (0, 1, 0)), uniform(0.5))
         by_quality = update(FilterState.initial(), seen(Joint.NECK, (0, 1, 0)), uniform(0.5))
         np.testing.assert_array_equal(by_variance.variance, by_quality.variance)
+
+
+@pytest.mark.parametrize("rule", ["quality", "variance"])
+def test_a_filter_at_its_bounds_goes_on_to_one_that_can_travel(rule):
+    widest = FilterState(
+        mean=np.full((18, 3), FARTHEST),
+        variance=np.full((18, 3), MOST_VARIANCE),
+        process_noise=np.full(18, MOST_VARIANCE),
+        seen=np.ones(18, bool),
+        rule=rule,
+    )
+    unseen = update(widest, NOTHING, uniform(0.0))
+    assert unseen.variance.max() == unseen.process_noise.max() == MOST_VARIANCE
+    found = update(unseen, seen(Joint.NOSE, (-FARTHEST, 0.0, 1.5)), uniform(0.5), np.full((18, 3), 0.01))
+    assert found.variance[Joint.NOSE].max() < 1.0

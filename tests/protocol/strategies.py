@@ -1,5 +1,6 @@
 """Messages of every kind and any content that is allowed, and what may become of their parts on the way."""
 
+import math
 import struct
 from typing import get_args
 
@@ -10,6 +11,7 @@ from hypothesis.extra import numpy as nps
 
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.frame import ENCODINGS, Frame, Packed
+from protocol.joint_arrays import FARTHEST, MOST_VARIANCE
 from protocol.message import Reply, Request
 from protocol.messages import (
     MESSAGE_NUMBERS,
@@ -35,7 +37,8 @@ from protocol.messages import (
     WorkerRecord,
     Workers,
 )
-from protocol.observation import FARTHEST, Evidence, FilterState, Lifting, Observation, Reading
+from protocol.observation import Evidence, FilterState, Lifting, Observation, Reading
+from protocol.quantities import FARTHEST_IN_SCENE
 from protocol.region import Region
 from protocol.scene import MOST_BYSTANDERS, Arm, BodyPose, Figure, Head, Leg, Poses, Scene, Sun, Trunk
 
@@ -44,12 +47,15 @@ any_float = st.floats(width=32)
 whole = st.integers(-(2**63), 2**63 - 1)
 count = st.integers(0, 2**63 - 1)
 name = st.text(max_size=20)
-vector = st.tuples(finite, finite, finite)
-timings = st.dictionaries(name, finite, max_size=3)
+timings = st.dictionaries(name, st.floats(-1e9, 1e9), max_size=3)
 
 
 def floats64(*shape: int):
-    return nps.arrays(np.float64, shape, elements=any_float, fill=st.just(np.nan))
+    return nps.arrays(np.float64, shape, elements=finite | st.just(np.nan), fill=st.just(np.nan))
+
+
+def bounded64(lowest: float, highest: float, *shape: int):
+    return nps.arrays(np.float64, shape, elements=st.floats(lowest, highest))
 
 
 def floats32(*shape: int):
@@ -57,9 +63,17 @@ def floats32(*shape: int):
 
 
 flags = nps.arrays(bool, (18,))
-joints = st.none() | floats64(18, 3)
+joints = st.none() | bounded64(-FARTHEST, FARTHEST, 18, 3)
+shares = bounded64(0.0, 1.0, 18)
+metres = nps.arrays(np.float64, (18,), elements=st.floats(0.0, 1e300) | st.just(np.nan), fill=st.just(np.nan))
 visible = st.none() | flags
 away = st.floats(1.0, 100.0)
+pixels = st.floats(-1e6, 1e6)
+coordinates = st.floats(-FARTHEST_IN_SCENE, FARTHEST_IN_SCENE)
+headings = st.floats(-1e6, 1e6)
+angles = st.floats(-math.pi, math.pi)
+arm_lengths = st.floats(-10.0, 10.0)
+seeds = st.integers(0, 2**63 - 1)
 pose = st.builds(
     lambda position, x, target: CameraPose((position[0], 0.0, 1.0), (position[0] + x, target, 0.5)),
     st.tuples(st.floats(-10, 10)),
@@ -72,12 +86,12 @@ intrinsics = st.builds(
     height=st.integers(1, 9),
     fx=st.floats(0.5, 1e4),
     fy=st.floats(0.5, 1e4),
-    cx=finite,
-    cy=finite,
+    cx=pixels,
+    cy=pixels,
 )
 camera = st.builds(Camera, pose, intrinsics, st.sampled_from(["none", "d435i"]))
-arm = st.builds(Arm, vector, finite)
-leg = st.builds(Leg, finite, finite, finite)
+arm = st.builds(Arm, st.tuples(arm_lengths, arm_lengths, arm_lengths), angles)
+leg = st.builds(Leg, angles, angles, angles)
 body_pose = st.builds(
     BodyPose,
     st.integers(0, 7),
@@ -85,40 +99,35 @@ body_pose = st.builds(
     arm,
     leg,
     leg,
-    st.builds(Head, finite, finite),
-    st.builds(Trunk, finite, finite, finite),
+    st.builds(Head, angles, angles),
+    st.builds(Trunk, angles, angles, angles),
 )
 figure = st.builds(
     Figure,
     identity=st.integers(0, 59),
     pose=body_pose,
-    appearance=whole,
-    position=st.tuples(finite, finite),
-    yaw=finite,
+    appearance=seeds,
+    position=st.tuples(coordinates, coordinates),
+    yaw=headings,
 )
 scene = st.builds(
     Scene,
     identity=st.integers(0, 59),
     pose=body_pose,
-    appearance=whole,
-    position=st.tuples(finite, finite),
-    yaw=finite,
-    sun=st.builds(Sun, finite, finite, finite),
+    appearance=seeds,
+    position=st.tuples(coordinates, coordinates),
+    yaw=headings,
+    sun=st.builds(Sun, headings, st.floats(0.0, math.pi / 2), st.floats(0.0, 10.0)),
     ground=name,
     background=name,
     bystanders=st.lists(figure, max_size=2).map(tuple),
 )
 
-
-def bounded64(lowest: float, highest: float, *shape: int):
-    return nps.arrays(np.float64, shape, elements=st.floats(lowest, highest))
-
-
 filter_state = st.builds(
     FilterState,
     mean=bounded64(-FARTHEST, FARTHEST, 18, 3),
-    variance=bounded64(0.0, FARTHEST**2, 18, 3),
-    process_noise=bounded64(0.0, FARTHEST**2, 18),
+    variance=bounded64(0.0, MOST_VARIANCE, 18, 3),
+    process_noise=bounded64(0.0, MOST_VARIANCE, 18),
     seen=flags,
 )
 role = st.sampled_from(Role)
@@ -179,29 +188,33 @@ packed_frames = st.builds(
     packed=packed,
 )
 
+evidence = nps.arrays(np.float32, (18, 7), elements=finite | st.just(np.nan))
 lifting = st.sampled_from(get_args(Lifting))
-readings = st.builds(Reading, points=floats64(18, 3), distance=floats64(18), quality=floats64(18))
+readings = st.builds(Reading, points=floats64(18, 3), distance=shares, quality=shares)
 
 observations = st.builds(
     Observation,
     keypoints=floats64(18, 2),
     points=floats64(18, 3),
-    mass=floats64(18),
-    height=floats64(18),
-    distance=floats64(18),
-    quality=floats64(18),
+    mass=shares,
+    height=shares,
+    distance=shares,
+    quality=shares,
     filter=filter_state,
-    heatmaps=st.none() | st.tuples(st.integers(0, 3), st.integers(0, 3)).flatmap(lambda size: floats32(19, *size)),
+    heatmaps=st.none()
+    | st.tuples(st.integers(0, 3), st.integers(0, 3)).flatmap(
+        lambda size: nps.arrays(np.float32, (19, *size), elements=finite)
+    ),
     heatmap_area=st.none() | st.tuples(whole, whole, whole, whole),
     joints=joints,
     visible=visible,
     timings=timings,
-    spread=st.none() | floats64(18),
-    expected_error=st.none() | floats64(18),
-    radius=st.none() | floats64(18),
+    spread=st.none() | metres,
+    expected_error=st.none() | metres,
+    radius=st.none() | metres,
     readings=st.dictionaries(lifting, readings, max_size=2),
-    variance=st.none() | floats64(18, 3),
-    evidence=st.none() | st.builds(Evidence, narrow=floats32(18, 7), wide=floats32(18, 7)),
+    variance=st.none() | bounded64(0.0, 1e300, 18, 3),
+    evidence=st.none() | st.builds(Evidence, narrow=evidence, wide=evidence),
 )
 
 MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
@@ -212,7 +225,7 @@ MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
         role=role,
         incarnation=name,
         capabilities=st.dictionaries(name, name, max_size=3),
-        heartbeat=any_float,
+        heartbeat=st.floats(0.0, 1e9, exclude_min=True),
     ),
     Ping: st.builds(Ping),
     Pong: st.builds(

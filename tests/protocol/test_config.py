@@ -1,8 +1,14 @@
+import math
+from collections.abc import Iterator
 from pathlib import Path
 
+import msgspec
 import pytest
+import tomli_w
+from msgspec import Struct
+from msgspec.structs import asdict, replace
 
-from protocol.config import PerceptionConfig, RunConfig, settled
+from protocol.config import EnvironmentConfig, PerceptionConfig, RunConfig, settled
 from protocol.config_file import load_config
 from protocol.errors import InvalidConfig
 
@@ -44,6 +50,85 @@ def test_a_wrong_field_is_named(tmp_path, text, named):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(InvalidConfig, match=r"nowhere\.toml"):
         load_config(tmp_path / "nowhere.toml")
+
+
+def numbers(section: Struct, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], float]]:
+    """Every number of a configuration, and where it is."""
+    for name, value in asdict(section).items():
+        if isinstance(value, Struct):
+            yield from numbers(value, (*path, name))
+        elif isinstance(value, int | float):
+            yield (*path, name), value
+
+
+def changed(path: tuple[str, ...], value: object) -> str:
+    """A configuration in which one field is another."""
+    for name in reversed(path):
+        value = {name: value}
+    return tomli_w.dumps(value)
+
+
+@pytest.mark.parametrize("path", [path for path, _ in numbers(RunConfig())], ids=".".join)
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300, -1e300])
+def test_a_number_that_can_t_be_is_refused_by_name(tmp_path, path, value):
+    (tmp_path / "odd.toml").write_text(changed(path, value))
+    with pytest.raises(InvalidConfig, match=rf"odd\.toml: .*{path[-1]}"):
+        load_config(tmp_path / "odd.toml")
+
+
+@pytest.mark.parametrize("path", [path for path, value in numbers(RunConfig()) if isinstance(value, int)], ids=".".join)
+@pytest.mark.parametrize("value", [2**63, 10**30, -(10**30)])
+def test_a_number_beyond_all_machines_is_refused_by_name(tmp_path, path, value):
+    (tmp_path / "odd.toml").write_text(changed(path, value))
+    with pytest.raises(InvalidConfig, match=rf"odd\.toml: .*{path[-1]}"):
+        load_config(tmp_path / "odd.toml")
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        (
+            "[environment.camera]\nwidth = 8192\nheight = 8192\n",
+            r"environment\.camera\.width, height: a picture of 8192×",
+        ),
+        ("[environment]\nkeep_out = 8.0\n", r"environment\.keep_out, half_width: a keep-out of 8.0 m leaves no room"),
+        (
+            "[environment]\nhighest = 1.4\n",
+            r"environment\.lowest, highest: a workspace from 0.5 to 1.4 m high has no room",
+        ),
+        ("[learner.sac]\nmemory = 255\n", r"learner\.sac\.memory: 255 transitions hold no batch of 256"),
+        ("[learner.sac]\nmemory = 5\nbatch = 3\n[environment]\nnum_envs = 6\n", r"learner\.sac\.memory: 5 transitions"),
+        (
+            '[learner]\nalgorithm = "ppo"\n[learner.ppo]\nrollout = 1\nminibatches = 5\n',
+            r"learner\.ppo\.rollout: 1 steps of 4 drones make no 5 minibatches",
+        ),
+        ('[perception]\nbackend = "onnxruntime"\nprecision = "bf16"\n', r"perception\.precision: bf16 is OpenVINO's"),
+        ("[evaluation]\nfirst_seed = -1\n", r"evaluation\.first_seed"),
+    ],
+)
+def test_fields_that_don_t_go_together_are_named(tmp_path, text, named):
+    (tmp_path / "odd.toml").write_text(text)
+    with pytest.raises(InvalidConfig, match=named):
+        load_config(tmp_path / "odd.toml")
+
+
+def test_only_the_learner_that_is_chosen_has_to_fit(tmp_path):
+    (tmp_path / "ppo.toml").write_text('[learner]\nalgorithm = "ppo"\n[learner.sac]\nmemory = 1\n')
+    assert load_config(tmp_path / "ppo.toml").learner.sac.memory == 1
+
+
+def test_the_largest_picture_that_travels_is_taken():
+    camera = EnvironmentConfig().camera
+    assert replace(camera, width=4096, height=4096).width == 4096
+    with pytest.raises(InvalidConfig):
+        replace(camera, width=4096, height=4097)
+
+
+def test_a_memory_that_no_machine_has_is_refused():
+    config = msgspec.convert({"learner": {"sac": {"memory": 10**9}}}, RunConfig)
+    config.require_memory(2**40)
+    with pytest.raises(InvalidConfig, match=r"learner\.sac\.memory: 1000000000 transitions take 745\.1 GiB"):
+        config.require_memory(2**30)
 
 
 class TestSettled:

@@ -14,7 +14,7 @@ from perception_worker.lifter.tokens import MIRRORED, Seen
 from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import CameraPose, world_to_camera
 from protocol.errors import InvalidInput
-from protocol.observation import EVIDENCE_SIZE
+from protocol.joint_arrays import EVIDENCE_SIZE
 from protocol.skeleton import JOINT_COUNT, Joint
 
 MOST_AWAY = 0.3

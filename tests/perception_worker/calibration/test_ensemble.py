@@ -63,6 +63,8 @@ class TestDamaged:
             replace(STORED, features=b"", thresholds=b"", leaves=b""),
             replace(STORED, features=b"\x09"),
             replace(STORED, leaves=STORED.leaves[:-1]),
+            replace(STORED, leaves=STORED.leaves[:-4] + np.float32(np.nan).tobytes()),
+            replace(STORED, thresholds=np.float32(np.nan).tobytes()),
         ],
     )
     def test_is_refused(self, damaged):

@@ -4,6 +4,7 @@ from msgspec.structs import replace
 
 from perception_worker.lifter.evidence import SHARE, evidence_of
 from perception_worker.lifter.lifter import Lifter
+from perception_worker.lifter.stored import checksum_of
 from perception_worker.lifter.tokens import MIRRORED
 from protocol.camera import Camera
 from protocol.errors import ArtifactDamaged
@@ -81,6 +82,16 @@ def test_without_any_depth_it_is_less_sure():
 def test_a_damaged_file_is_refused(wrong):
     with pytest.raises(ArtifactDamaged):
         Lifter(replace(stored(), **wrong))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_weights_that_are_not_finite_are_refused(value):
+    """Whole by their checksum: a network that was fitted to nothing had placed everybody nowhere, without a word."""
+    weights = dict(stored().weights)
+    first = next(iter(weights))
+    weights[first] = np.float16(value).tobytes() + weights[first][2:]
+    with pytest.raises(ArtifactDamaged, match="not finite"):
+        Lifter(replace(stored(), weights=weights, checksum=checksum_of(weights)))
 
 
 def test_factors_that_are_none_are_refused():

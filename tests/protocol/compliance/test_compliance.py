@@ -25,6 +25,7 @@ BROKEN = {
     },
     "answers_pings_from_its_handler": {"test_pings_are_answered_while_work_is_computed"},
     "dies_of_garbage": {"test_a_message_that_can_t_be_told_apart_is_refused_or_passed_over"},
+    "draws_what_can_t_be": {"test_a_number_that_can_t_be_is_refused_by_name"},
     "draws_parts_by_themselves": {"test_a_part_of_a_picture_is_what_the_whole_picture_shows_there"},
     "forgets_the_upper_half_of_request_ids": {"test_any_id_comes_back_as_it_was"},
     "ignores_deadlines": {
@@ -33,6 +34,11 @@ BROKEN = {
     },
     "is_another_in_every_pong": {"test_every_reply_names_the_same_incarnation", "test_it_is_still_the_same_process"},
     "is_silent_about_what_others_do": {"test_a_request_of_another_role_is_unsupported"},
+    "takes_any_value_for_its_own_mistake": {
+        "test_a_number_that_can_t_be_is_refused_by_name",
+        "test_any_number_brings_an_answer_or_a_refusal",
+        "test_a_region_that_is_not_in_the_picture_is_refused_or_passed_over",
+    },
     "takes_any_number": {"test_more_requests_than_a_worker_takes_are_refused_at_once"},
     "takes_work_while_draining": {"test_drain_finishes_what_is_in_hand_and_takes_no_more"},
 }

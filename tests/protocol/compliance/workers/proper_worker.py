@@ -112,7 +112,11 @@ class ProperWorker:
             number = decode_header(parts[1], RequestHeader).request
         except (ProtocolError, IndexError):
             return
-        self.reply(sender, number, failure_of(error))
+        self.reply(sender, number, self.told(error))
+
+    def told(self, error: ProtocolError) -> Reply:
+        """What the sender of a message that can't be taken is told."""
+        return failure_of(error)
 
     def answer(self, sender: bytes, header: RequestHeader, message: Message) -> None:
         """What needs no computing at once; the rest goes to the handler."""

@@ -1,0 +1,16 @@
+"""Computes with whatever it is sent, and takes what comes of an impossible number for a mistake of its own."""
+
+from proper_worker import ProperWorker, run
+
+from protocol.errors import ImpossibleValue
+from protocol.failure import internal
+
+
+class TakesAnyValueForItsOwnMistake(ProperWorker):
+    def told(self, error):
+        if isinstance(error, ImpossibleValue):
+            return internal("ZeroDivisionError: float division by zero")
+        return super().told(error)
+
+
+run(TakesAnyValueForItsOwnMistake)
