@@ -15,6 +15,7 @@ from msgspec.structs import replace
 
 from protocol.artifact import checksum_if_there
 from protocol.errors import InvalidConfig, OtherArtifact
+from protocol.text import readable
 
 SectionT = TypeVar("SectionT", bound=Struct)
 
@@ -65,12 +66,18 @@ def path_settings(section: Struct, prefix: str = "") -> Iterator[Setting]:
 
 
 def with_absolute_paths(config: SectionT, directory: Path) -> SectionT:
-    """A configuration whose relative paths were relative to a directory."""
+    """A configuration whose relative paths were relative to a directory.
+
+    Raises:
+        InvalidConfig: that has bytes in its name that no configuration can hold.
+    """
     base = directory.resolve()
 
     def absolute(setting: Setting) -> str | None:
         path = Path(setting.value or "")
-        return setting.value if not setting.value or path.is_absolute() else str(base / path)
+        if not setting.value or path.is_absolute():
+            return setting.value
+        return _writable(setting.name, str(base / path))
 
     return _with_paths(config, absolute)
 
@@ -134,6 +141,13 @@ def require_same_files(config: Struct, checksums: Mapping[str, str], section: st
                 f"{name}: {noun} is another one: {path} has the checksum {found[:12]}…, and what was recorded is "
                 f"{checksum[:12]}…; put that file back, or begin anew with this one"
             )
+
+
+def _writable(name: str, path: str) -> str:
+    shown = readable(path)
+    if shown != path:
+        raise InvalidConfig(f"{name}: the name of {shown} is not UTF-8, as configurations are; rename its folder")
+    return path
 
 
 def _with_paths(section: SectionT, change: Callable[[Setting], str | None], prefix: str = "") -> SectionT:

@@ -74,6 +74,12 @@ class TestEveryFile:
         with pytest.raises(InvalidConfig, match=f"{name}: there is no file {folder / 'none.file'}"):
             for_a_run(load_config(write_config(folder, name, "none.file")))
 
+    def test_is_refused_by_name_in_a_folder_whose_own_name_no_configuration_can_hold(self, folder, name):
+        latin_1 = folder / os.fsdecode(b"caf\xe9")
+        latin_1.mkdir()
+        with pytest.raises(InvalidConfig, match=rf"{name}: .*caf\?/{FILE} is not UTF-8"):
+            load_config(write_config(latin_1, name))
+
     def test_is_needed_only_on_the_machine_that_reads_it(self, folder, name):
         config = for_a_run(load_config(write_config(folder, name, "none.file")), joined=True)
         assert config.artifacts == {}
