@@ -56,10 +56,8 @@ class Failpoints:
 
     def hold(self, place: str) -> None:
         """Have every process that reaches `place` wait there until it is released, or until we have ended."""
-        self._directory.mkdir(parents=True, exist_ok=True)
-        aside = self._directory / f".{place}.hold.{os.getpid()}"
-        aside.write_text(str(os.getpid()))
-        aside.replace(self._holding(place))
+        with whole_file(self._holding(place)) as aside:
+            aside.write_text(str(os.getpid()), encoding="utf-8")
 
     def release(self, place: str) -> None:
         """Let go who waits at a place, and hold nobody there any more."""
@@ -78,7 +76,7 @@ class Failpoints:
 
     def _is_held(self, place: str) -> bool:
         try:
-            return _exists(int(self._holding(place).read_text()))
+            return _exists(int(self._holding(place).read_text(encoding="utf-8")))
         except FileNotFoundError:
             return False
 
