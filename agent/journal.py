@@ -18,8 +18,8 @@ from msgspec.structs import replace
 from agent.growing_file import FileMark, GrowingFile
 from agent.observer import NOBODY
 from protocol.artifact import whole_file
-from protocol.process_start import own_start
 from protocol.records import Episode, Evaluation, Progress, Summary
+from protocol.system.process_start import own_start
 
 if TYPE_CHECKING:
     from torch.utils.tensorboard.writer import SummaryWriter

@@ -35,7 +35,7 @@ from orchestrator.run_directory import resolved_toml
 from orchestrator.stop_request import StopRequest, stop_on_signals
 from protocol.config import RunConfig
 from protocol.config_file import load_config
-from protocol.process_start import process_start
+from protocol.system.process_start import process_start
 
 SAMPLE_EVERY = 5.0
 LOADING = 15.0

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from orchestrator.errors import NoLocks, RunBusy
-from protocol.refusal import reason
+from protocol.system.refusal import reason
 
 
 @contextmanager

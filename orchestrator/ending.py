@@ -6,7 +6,7 @@ from msgspec import Struct
 
 from orchestrator.errors import Interrupted
 from protocol.errors import VantageError
-from protocol.refusal import SYSTEM_ERRORS, sentence
+from protocol.system.refusal import SYSTEM_ERRORS, sentence
 
 Outcome: TypeAlias = Literal["finished", "stopped", "failed"]
 

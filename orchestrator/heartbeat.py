@@ -14,7 +14,7 @@ from protocol.client import Client
 from protocol.errors import CallFailed, ProtocolError
 from protocol.messages import AT_WORK, Drain, Ping, Pong, Role, State, WorkerRecord
 from protocol.pending import Pending
-from protocol.process_start import process_start
+from protocol.system.process_start import process_start
 from protocol.timeouts import Timeouts
 
 NOT_RUNNING = "not running"

@@ -15,7 +15,7 @@ from msgspec import Struct
 from orchestrator.heartbeat import is_alive
 from orchestrator.launch import Launch
 from orchestrator.run_directory import ProcessRecord
-from protocol.process_start import process_start
+from protocol.system.process_start import process_start
 
 _LONGEST_EXEC = 1.0
 """Seconds between a program's start and its command line being there, on the busiest of machines."""

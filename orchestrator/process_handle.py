@@ -11,7 +11,7 @@ from typing import Protocol
 
 import psutil
 
-from protocol.process_start import ProcessStart, process_start
+from protocol.system.process_start import ProcessStart, process_start
 
 POLL = 0.02
 

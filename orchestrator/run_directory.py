@@ -25,9 +25,9 @@ from protocol.config import RunConfig
 from protocol.config_file import load_resolved_config, plain, require_recorded_files, resolved, same_for
 from protocol.errors import DamagedRecord, InvalidInput
 from protocol.messages import Role
-from protocol.process_start import ProcessStart
 from protocol.records import Evaluation, Progress, Summary
-from protocol.refusal import reason
+from protocol.system.process_start import ProcessStart
+from protocol.system.refusal import reason
 from protocol.text import UNDECODABLE, json_of, readable
 from protocol.whole_record import decode_whole, read_whole
 

@@ -40,7 +40,7 @@ from orchestrator.ward import IsDone
 from orchestrator.worker_process import WorkerProcess
 from protocol.errors import VantageError
 from protocol.messages import Role
-from protocol.refusal import reason
+from protocol.system.refusal import reason
 from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)

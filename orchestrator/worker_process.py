@@ -11,7 +11,7 @@ from orchestrator.json_lines import last_lines
 from orchestrator.launch import Launch
 from orchestrator.log_line import ERRORS, parse_log_line
 from orchestrator.process_handle import Child, Foundling, ProcessHandle, is_stopped, kill_group, send_signal
-from protocol.process_start import ProcessStart
+from protocol.system.process_start import ProcessStart
 
 LONGEST_QUOTE = 400
 

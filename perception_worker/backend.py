@@ -22,7 +22,7 @@ from perception_worker.single_person_network import (
 from protocol.config import NETWORK_FILE, PerceptionConfig, Pixels
 from protocol.cores import available_cores
 from protocol.errors import InvalidConfig, Unavailable
-from protocol.home import home_at_hand
+from protocol.system.home import home_at_hand
 from protocol.text import readable
 
 _logger = logging.getLogger(__name__)

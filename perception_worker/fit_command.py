@@ -11,7 +11,7 @@ import msgspec
 from msgspec import Struct
 
 from protocol.artifact import require_place, whole_file
-from protocol.command import run_command
+from protocol.system.command import run_command
 
 _logger = logging.getLogger(__name__)
 

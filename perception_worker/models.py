@@ -16,8 +16,8 @@ import msgspec
 
 from perception_worker.published_network import PublishedNetwork, TfjsNetwork, WheelNetwork, require_checksum
 from protocol.artifact import require_artifact, require_place, sha256, whole_file
-from protocol.command import run_command
 from protocol.errors import ArtifactError, ArtifactMissing, InvalidInput
+from protocol.system.command import run_command
 
 MADE_BY = "orchestrator models pull"
 

@@ -24,10 +24,10 @@ from protocol.limits import Limits
 from protocol.message import ReplyT, Request
 from protocol.messages import Drain, Hello, Ping, Pong, Role, State, Welcome
 from protocol.pending import Pending
-from protocol.process_lock import ProcessLock
 from protocol.quantities import MOST_SECONDS
 from protocol.security import LOCAL_ONLY, Security
 from protocol.sockets import Context, new_context
+from protocol.system.process_lock import ProcessLock
 from protocol.timeouts import Timeouts
 
 _READY_POLL = 0.1

@@ -4,7 +4,7 @@ import logging
 from enum import IntEnum
 
 from protocol.errors import CallFailed, MalformedMessage, VantageError
-from protocol.refusal import sentence
+from protocol.system.refusal import sentence
 
 _MAY_PASS = (CallFailed, MalformedMessage)
 

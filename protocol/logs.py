@@ -4,7 +4,7 @@ import logging
 import sys
 from typing import Any, TextIO
 
-from protocol.streams import in_utf8
+from protocol.system.streams import in_utf8
 from protocol.text import json_of
 
 _KNOWN = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName"}

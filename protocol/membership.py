@@ -16,8 +16,8 @@ from protocol.client import Client
 from protocol.errors import AddressUnavailable, NotPermitted, VantageError
 from protocol.messages import Lookup, Register, Registered, Role, WorkerRecord
 from protocol.pool import Pool
-from protocol.process_lock import ProcessLock
 from protocol.security import LOCAL_ONLY, Security
+from protocol.system.process_lock import ProcessLock
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 
 _log = logging.getLogger(__name__)

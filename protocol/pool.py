@@ -8,9 +8,9 @@ from protocol.caller import Caller
 from protocol.diagnosis import Standing
 from protocol.limits import DEFAULT_LIMITS, Limits
 from protocol.messages import Ping, Pong, Role, Welcome
-from protocol.process_lock import ProcessLock
 from protocol.security import LOCAL_ONLY, Security
 from protocol.sockets import Context
+from protocol.system.process_lock import ProcessLock
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 
 

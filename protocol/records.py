@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 
 from msgspec import Struct
 
-from protocol.process_start import ProcessStart
+from protocol.system.process_start import ProcessStart
 
 Outcome: TypeAlias = Literal["flying", "truncated", "too_close", "out_of_workspace"]
 Phase: TypeAlias = Literal["prefill", "training", "evaluation", "done"]

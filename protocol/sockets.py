@@ -13,11 +13,11 @@ import zmq
 
 from protocol.address import check_address, clear_stale_socket, ipc_path
 from protocol.array_part import Part
-from protocol.descriptors import require_descriptors
 from protocol.errors import AddressUnavailable
 from protocol.limits import KIB, Limits
 from protocol.priority import going_first
 from protocol.security import Curve, KeyPair
+from protocol.system.descriptors import require_descriptors
 from protocol.timeouts import Timeouts
 
 Context: TypeAlias = zmq.Context[zmq.Socket[bytes]]

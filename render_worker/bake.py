@@ -20,9 +20,9 @@ import numpy as np
 
 from protocol.arrays import Float32Array, Float64Array
 from protocol.artifact import cache_directory, require_place
-from protocol.command import run_command
 from protocol.errors import ArtifactDamaged, ArtifactError
 from protocol.skeleton import Joint
+from protocol.system.command import run_command
 from render_worker.assets import Assets, Part, Rig, assets_path, load_assets, save_assets
 from render_worker.baking.anny_bodies import AnnyBodies, RestBody, data_directory, working_cache
 from render_worker.baking.base_mesh import read_parts
@@ -39,7 +39,7 @@ logger = logging.getLogger(__name__)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Make the file, unless a whole one is there; 0 when it is there in the end, else `protocol.command`'s code."""
+    """Make the file, unless a whole one is there; 0 when it is there in the end, else `run_command`'s code."""
     parser = argparse.ArgumentParser(prog="python -m render_worker.bake", description=__doc__)
     parser.add_argument("--output", type=Path, help="where to write (default: the user's cache)")
     either = parser.add_mutually_exclusive_group()

@@ -3,8 +3,8 @@
 import sys
 from contextlib import closing
 
-from protocol.command import run_command
 from protocol.config import RenderConfig
+from protocol.system.command import run_command
 from render_worker.renderer import open_renderer
 from render_worker.worker import warm_up
 

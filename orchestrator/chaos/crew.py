@@ -10,7 +10,7 @@ import psutil
 from orchestrator.heartbeat import is_alive
 from orchestrator.run_directory import ProcessRecord, RunDirectory
 from protocol.messages import Role
-from protocol.process_start import ProcessStart
+from protocol.system.process_start import ProcessStart
 
 MARK = "VANTAGE_REHEARSAL"
 """A variable in the environment of every process of a rehearsal, by which all of them are found in the end."""

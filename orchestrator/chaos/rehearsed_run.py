@@ -23,7 +23,7 @@ from orchestrator.worker_process import ending
 from protocol.config import TimeoutsConfig
 from protocol.failpoint import VARIABLE, Failpoints
 from protocol.messages import Role
-from protocol.process_start import process_start
+from protocol.system.process_start import process_start
 
 LOOK_EVERY = 0.05
 PATIENCE = 300.0

@@ -12,7 +12,7 @@ from orchestrator.doctor.packages import ROOMS, check_packages
 from orchestrator.doctor.table import checks_table
 from orchestrator.versions import requirements
 from protocol.errors import VantageError
-from protocol.refusal import SYSTEM_ERRORS, sentence
+from protocol.system.refusal import SYSTEM_ERRORS, sentence
 
 __all__ = ["Check", "all_checks", "all_needed_passed", "checks_table", "done"]
 

@@ -11,7 +11,7 @@ import sys
 from orchestrator.doctor.check import Check
 from orchestrator.launch import PROCESS_ENVIRONMENT, module_command
 from orchestrator.worker_process import ending
-from protocol.refusal import reason
+from protocol.system.refusal import reason
 
 PROBE_PATIENCE = 120.0
 LOAD_BODIES = """

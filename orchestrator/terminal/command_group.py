@@ -12,8 +12,8 @@ from orchestrator.errors import HostNotTold, Interrupted, OutputLost
 from orchestrator.terminal.console import open_console
 from orchestrator.terminal.output import whole_output
 from protocol.errors import InvalidConfig, InvalidInput, VantageError
-from protocol.refusal import SYSTEM_ERRORS, reason, sentence
-from protocol.streams import prepared_streams
+from protocol.system.refusal import SYSTEM_ERRORS, reason, sentence
+from protocol.system.streams import prepared_streams
 
 DONE, FAILED, MISUSED, STOPPED = 0, 1, 2, 130
 

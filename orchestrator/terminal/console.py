@@ -8,7 +8,7 @@ from typing import TextIO, cast
 
 from rich.console import Console, ConsoleDimensions
 
-from protocol.streams import LastingStream
+from protocol.system.streams import LastingStream
 
 WIDTH = 80
 """Columns that everything fits into; a narrower terminal gets lines of this length, and breaks them itself."""

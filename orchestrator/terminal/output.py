@@ -10,8 +10,8 @@ from rich.console import RenderableType
 
 from orchestrator.errors import OutputLost
 from orchestrator.terminal.console import open_console
-from protocol.refusal import sentence
-from protocol.streams import discard
+from protocol.system.refusal import sentence
+from protocol.system.streams import discard
 from protocol.text import json_of
 
 

@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from protocol.artifact import whole_file
 from protocol.errors import InvalidInput, NotPermitted
 from protocol.messages import Role
-from protocol.process_lock import ProcessLock
 from protocol.security.key_pair import KeyName, KeyPair, PublicKey
+from protocol.system.process_lock import ProcessLock
 from protocol.text import UNDECODABLE
 
 _log = logging.getLogger(__name__)

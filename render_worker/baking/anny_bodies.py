@@ -15,9 +15,9 @@ import numpy as np
 
 from protocol.arrays import Float32Array, Float64Array
 from protocol.errors import Unavailable
-from protocol.home import home_directory
-from protocol.process_start import process_start
 from protocol.skeleton import Joint
+from protocol.system.home import home_directory
+from protocol.system.process_start import process_start
 from render_worker.skinning import blend, bone_transforms, move_points
 
 BODY_FROM_ANNY = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])

@@ -4,8 +4,8 @@ from msgspec.structs import replace
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from agent.journal import Journal, write_record
-from protocol.process_start import own_start
 from protocol.records import Episode, Progress, Summary
+from protocol.system.process_start import own_start
 
 EPISODE = Episode(
     number=0, seed=5, policy="sac", total_reward=-9.5, length=100, outcome="truncated", uncertainty=1.2, success=True

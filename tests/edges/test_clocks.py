@@ -18,7 +18,7 @@ from orchestrator.heartbeat import is_alive
 from orchestrator.process_handle import Foundling, creation_time
 from orchestrator.run_directory import ProcessRecord, RunDirectory
 from protocol.messages import Role
-from protocol.process_start import own_start
+from protocol.system.process_start import own_start
 from tests.orchestrator.conftest import Command, processes_in
 
 CLOCK = str(Path(__file__).parent / "clock_that_is_set")

@@ -7,9 +7,9 @@ import sys
 import pytest
 
 from orchestrator.run_directory import RunDirectory
-from protocol.descriptors import require_descriptors
 from protocol.errors import Unavailable
 from protocol.messages import Role, Sampled, SampleScene
+from protocol.system.descriptors import require_descriptors
 from tests.agent.analytic_eyes import AnalyticEyes
 from tests.orchestrator.conftest import Command, processes_in
 from tests.serving import serving

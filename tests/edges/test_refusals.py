@@ -23,7 +23,7 @@ from orchestrator.run_log import log_directory, run_log
 from orchestrator.status import run_status
 from perception_worker.models import OPENPOSE_MOBILENET_THIN_5
 from protocol.artifact import cache_directory, require_place
-from protocol.home import home_at_hand, home_directory
+from protocol.system.home import home_at_hand, home_directory
 
 NOBODYS_NUMBER = "12345"
 SHORT = "[training]\nsteps = 20\n"

@@ -19,7 +19,7 @@ WORK = """
 import sys, time
 from orchestrator.live_display import Snapshot
 from orchestrator.options import at_work
-from protocol.streams import prepared_streams
+from protocol.system.streams import prepared_streams
 with prepared_streams(), at_work() as (display, stop):
     for step in range(int(sys.argv[1])):
         display.show(Snapshot(activity=f"step {step}", elapsed=0.0, warning="render-0: it is dark"))

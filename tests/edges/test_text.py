@@ -152,7 +152,7 @@ class TestNames:
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp1252", "utf-8"])
 def test_what_a_terminal_can_not_show_is_replaced(encoding):
     program = """
-from protocol.streams import prepared_streams
+from protocol.system.streams import prepared_streams
 from orchestrator.doctor import Check, checks_table
 from orchestrator.terminal.output import print_json, print_line, show
 check = Check(name="a", passed=False, found="日本 · café", remedy="é → é")

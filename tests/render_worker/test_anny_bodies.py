@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from protocol.process_start import own_start
+from protocol.system.process_start import own_start
 from render_worker.baking.anny_bodies import working_cache
 
 

@@ -20,8 +20,8 @@ from protocol.incarnation import new_incarnation
 from protocol.logs import configure
 from protocol.membership import Membership
 from protocol.messages import Role, SampleScene, State, WorkerRecord
-from protocol.process_start import own_start
 from protocol.records import Evaluation, Interval, PolicyScore, Progress, Summary
+from protocol.system.process_start import own_start
 
 STEP_SECONDS = 0.01
 CALL_SECONDS = 2.0

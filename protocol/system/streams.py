@@ -8,7 +8,7 @@ from collections.abc import Generator
 from contextlib import contextmanager, redirect_stderr, suppress
 from typing import TextIO
 
-from protocol.refusal import reason
+from protocol.system.refusal import reason
 
 _log = logging.getLogger(__name__)
 

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from protocol.process_start import ProcessStart, own_start, process_start
+from protocol.system.process_start import ProcessStart, own_start, process_start
 
 BOOT = "b015696d-0a95-4c4c-932f-b7641a63e976"
 
@@ -26,7 +26,7 @@ def test_a_process_is_known_by_the_boot_and_the_ticks_since(proc):
 
 def test_it_is_the_same_for_whoever_asks_and_whenever():
     told = subprocess.run(
-        [sys.executable, "-c", "import os; from protocol.process_start import process_start; "
+        [sys.executable, "-c", "import os; from protocol.system.process_start import process_start; "
          "print(process_start(os.getppid()).ticks)"],
         capture_output=True,
         check=True,

@@ -5,8 +5,8 @@ import sys
 from collections.abc import Callable
 
 from protocol.errors import VantageError
-from protocol.refusal import SYSTEM_ERRORS, sentence
-from protocol.streams import discard, prepared_streams
+from protocol.system.refusal import SYSTEM_ERRORS, sentence
+from protocol.system.streams import discard, prepared_streams
 
 DONE, REFUSED_BY_SYSTEM, REFUSED = 0, 1, 2
 

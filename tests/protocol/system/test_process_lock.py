@@ -3,7 +3,7 @@ import threading
 
 import pytest
 
-from protocol.process_lock import ProcessLock
+from protocol.system.process_lock import ProcessLock
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
 
