@@ -24,7 +24,7 @@ _REMEDIES: Mapping[int, str] = {
     errno.EBADF: "it was closed before we began",
     errno.EPIPE: "whoever was to read it has ended",
     errno.EFBIG: "see 'ulimit -f'",
-    errno.EMFILE: "let a process have more files open: 'ulimit -n 1024'",
+    errno.EMFILE: "let a process have more files open: 'ulimit -n 4096'",
     errno.ENFILE: "the whole machine has too many files open; end who has them",
     errno.EAGAIN: "let a user have more processes ('ulimit -u'), or end some",
     errno.ENOMEM: "free some memory",
