@@ -13,9 +13,9 @@ from orchestrator.run_directory import RunDirectory
 from orchestrator.versions import collect_versions
 from protocol.config import RunConfig
 from protocol.records import Evaluation, Interval, PolicyScore, Progress, Summary
-from tests.orchestrator.conftest import Command, orchestrator, wait_until
+from tests.orchestrator.conftest import orchestrator, wait_until
 
-__all__ = ["Command", "command", "finished_run", "orchestrator", "wait_until"]
+__all__ = ["command", "finished_run", "orchestrator", "wait_until"]
 
 PATIENCE = 120.0
 
