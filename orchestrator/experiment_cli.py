@@ -101,9 +101,10 @@ def qoe(
         frames_a_part=frames_a_part,
         poses=poses,
     )
+    count = worker_count(workers, join)
     host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
     told = load_config(config) if config else RunConfig()
-    settings = with_workers(told if host else with_checksums(told), worker_count(workers, join))
+    settings = with_workers(told if host else with_checksums(told), count)
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
     parts = experiment.table_parts(directory, views)
     _complete(directory, parts, settings, host, lambda crew: experiment.observe_views(parts, views, settings, crew))

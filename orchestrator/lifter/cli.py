@@ -62,9 +62,10 @@ def fit(
     from orchestrator.lifter.directory import DEFAULT_PATH, FitDirectory
     from orchestrator.lifter.views import FitViews
 
+    count = worker_count(workers, join)
     host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
     told = load_config(config) if config else RunConfig()
-    settings = with_workers(told if host else with_checksums(told), worker_count(workers, join))
+    settings = with_workers(told if host else with_checksums(told), count)
     views = FitViews(frames=frames, seed=seed, wide=wide)
     directory = FitDirectory.open_for(out or DEFAULT_PATH, settings, views)
     _observe(directory, settings, host)
