@@ -160,9 +160,10 @@ def resume(
     Of a run that has come to its end the report is printed again.
     """
     directory = RunDirectory.open(run)
-    directory.require_as_it_was()
     joining = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
-    with at_work() as (display, stop), run_telemetry(endpoint(http, http_token), directory.name, display) as watch:
+    served = endpoint(http, http_token)
+    directory.require_as_it_was()
+    with at_work() as (display, stop), run_telemetry(served, directory.name, display) as watch:
         ending = _ending_of(lambda: training.resume(directory, watch=watch, stop=stop, join=joining))
     _print_training(directory, json, ending)
 
