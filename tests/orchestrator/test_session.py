@@ -13,7 +13,7 @@ from protocol.messages import Role, WorkerRecord
 from protocol.timeouts import Timeouts
 
 
-def done(_began: float) -> bool:
+def done() -> bool:
     return True
 
 
