@@ -123,8 +123,9 @@ def _standing(run: RunDirectory, *, goes_on: bool) -> _Standing:
 
 def _finished_at(ending: Ending | None, progress: Progress | None) -> float | None:
     """When all was done: nobody notes the end of an evaluation that is asked for, nor did versions of before."""
-    done = ending is not None and ending.outcome == "finished"
-    return ending.time if done else _last_heard(ending, progress)
+    if ending is not None and ending.outcome == "finished":
+        return ending.time
+    return _last_heard(ending, progress)
 
 
 def _last_heard(ending: Ending | None, progress: Progress | None) -> float | None:
