@@ -2,16 +2,17 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypedDict
 
 import msgspec
 import numpy as np
 import pyarrow.parquet as pq
 
 from perception_worker.lifter.fitting.certainty import certainty_of, tried, unmeasured_factor
-from perception_worker.lifter.fitting.frames import read_frames
+from perception_worker.lifter.fitting.frames import Frames, read_frames
 from perception_worker.lifter.fitting.training import Kept, Training, train
 from perception_worker.lifter.network import LifterNetwork, Shape
-from perception_worker.lifter.stored import Provenance, StoredLifter, checksum_of, packed, unpacked_arrays
+from perception_worker.lifter.stored import Certainty, Provenance, StoredLifter, checksum_of, packed, unpacked_arrays
 from perception_worker.network_setting import NetworkSetting, network_setting
 from protocol.artifact import sha256
 from protocol.config import RunConfig, settled
@@ -54,10 +55,6 @@ def fit(
     recipe = msgspec.json.encode(training).decode()
     kept = None if keep is None else Kept(keep, f"{table} {recipe} {msgspec.json.encode(shape).decode()}")
     weights = packed(train(frames.of(~unseen), shape, training, told=told, kept=kept))
-    network = LifterNetwork(shape, unpacked_arrays(shape, weights))
-    others = frames.of(unseen & frames.usual)
-    trial = tried(network, others)
-    seen, inferred = (certainty_of(trial, found=found) for found in (True, False))
     metadata = pq.read_schema(path).metadata or {}
     return StoredLifter(
         setting=_setting(metadata, path),
@@ -73,10 +70,21 @@ def fit(
         shape=shape,
         weights=weights,
         checksum=checksum_of(weights),
-        seen=seen,
-        inferred=inferred,
-        unmeasured=unmeasured_factor(network, others, seen),
+        **_certainties(LifterNetwork(shape, unpacked_arrays(shape, weights)), frames.of(unseen & frames.usual)),
     )
+
+
+class _Certainties(TypedDict):
+    seen: Certainty
+    inferred: Certainty
+    unmeasured: float
+
+
+def _certainties(network: LifterNetwork, others: Frames) -> _Certainties:
+    """How sure a network is, by people whom it has not seen."""
+    trial = tried(network, others)
+    seen, inferred = (certainty_of(trial, found=found) for found in (True, False))
+    return {"seen": seen, "inferred": inferred, "unmeasured": unmeasured_factor(network, others, seen)}
 
 
 def _setting(metadata: dict[bytes, bytes], path: Path) -> NetworkSetting:
