@@ -1,4 +1,10 @@
-"""What holds for every test: a busy machine is no failure, so hypothesis's examples have no time limit."""
+"""What holds for every test: a busy machine is no failure, so hypothesis's examples have no time limit.
+
+A command that a test runs in its own process sets up that process's log; it is as before after the test.
+"""
+
+import logging
+from collections.abc import Generator
 
 import pytest
 from hypothesis import settings
@@ -14,3 +20,15 @@ def pytest_configure(config: pytest.Config) -> None:
     """Take all examples, unless the command line names another profile."""
     if config.getoption("--hypothesis-profile", default=None) is None:
         settings.load_profile(ALL)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol() -> Generator[None, object, object]:
+    """Give the root logger back what it had: what a test leaves there would write to a stream that is closed."""
+    root = logging.getLogger()
+    handlers, level = root.handlers[:], root.level
+    try:
+        return (yield)
+    finally:
+        root.handlers[:] = handlers
+        root.setLevel(level)
