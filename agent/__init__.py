@@ -7,6 +7,6 @@ import gymnasium
 
 gymnasium.register(
     id="vantage/Hover-v0",
-    entry_point="agent.hover:Hover",
-    vector_entry_point="agent.vector_hover:VectorHover",
+    entry_point="agent.environment.hover:Hover",
+    vector_entry_point="agent.environment.vector_hover:VectorHover",
 )

@@ -9,19 +9,19 @@ from pathlib import Path
 
 from agent.commands import evaluate_run, train_run
 from agent.connections import Workers
-from protocol import logs
-from protocol.enrolment import Enrolment
 from protocol.errors import VantageError
-from protocol.exit_code import ExitCode, logged_exit_code_of
 from protocol.failpoint import failpoint_of
 from protocol.security.options import add_security_options, security_of
+from protocol.server.worker_registration import Enrolment
+from protocol.system import logs
+from protocol.system.exit_code import ExitCode, logged_exit_code_of
 from protocol.telemetry.endpoint import add_http_options, endpoint_of
 
 _log = logging.getLogger("agent")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Do one of the agent's jobs, and say with the exit code how it ended: see `protocol.exit_code`."""
+    """Do one of the agent's jobs, and say with the exit code how it ended: see `protocol.system.exit_code`."""
     parser = _parser()
     options = parser.parse_args(arguments)
     logs.configure("agent")

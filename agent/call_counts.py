@@ -1,6 +1,6 @@
 """What connections to workers have counted, taken together: of several roles, and of the processes before this one."""
 
-from protocol.dispatcher import Statistics
+from protocol.client.dispatcher import Statistics
 
 
 def total(first: Statistics, second: Statistics) -> Statistics:

@@ -7,18 +7,18 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
+from agent.checkpointing.journal import Journal, write_record
+from agent.checkpointing.resume import open_training
+from agent.checkpointing.weights import FILE_NAME, load_weights
 from agent.connections import Connections, Workers
+from agent.environment.vector_hover import VectorHover
 from agent.evaluation import evaluate
-from agent.journal import Journal, write_record
-from agent.learner import make_learner
+from agent.learning.algorithms import make_learner
+from agent.learning.policies import BASELINES, Policy, baseline, learned
 from agent.logbook import PROGRESS_EVERY, Clocks
-from agent.pace import Pace
-from agent.policies import BASELINES, Policy, baseline, learned
-from agent.resume import open_training
 from agent.stopping import StopRequest, stop_on_signals
 from agent.telemetry import agent_telemetry
-from agent.vector_hover import VectorHover
-from agent.weights import FILE_NAME, load_weights
+from agent.throughput import Pace
 from protocol.artifact import checksum_if_there
 from protocol.config import RunConfig
 from protocol.config_file import load_run_config

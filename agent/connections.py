@@ -9,16 +9,16 @@ from typing import Self
 from msgspec import Struct
 
 from agent.call_counts import total
-from agent.eyes import RemoteEyes
+from agent.environment.sensor import RemoteEyes
+from protocol.client.dispatcher import Statistics
+from protocol.client.pool import Pool
 from protocol.config import RunConfig
-from protocol.dispatcher import Statistics
-from protocol.enrolment import Enrolment
 from protocol.incarnation import new_incarnation
-from protocol.membership import Membership
 from protocol.messages import Role, State, WorkerRecord
-from protocol.pool import Pool
-from protocol.priority import let_others_go_first
 from protocol.security import LOCAL_ONLY, Security
+from protocol.server.membership import Membership
+from protocol.server.worker_registration import Enrolment
+from protocol.system.priority import let_others_go_first
 from protocol.timeouts import Timeouts
 
 

@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from gymnasium.vector import AutoresetMode
 
-from agent.eyes import Eyes
-from agent.flight import Flight, succeeded
+from agent.environment.flight import Flight, succeeded
+from agent.environment.sensor import Eyes
+from agent.environment.vector_hover import VectorHover
 from agent.intervals import mean_interval, rate_interval
-from agent.policies import Policy
-from agent.vector_hover import VectorHover
+from agent.learning.policies import Policy
 from protocol.config import EnvironmentConfig, RunConfig
 from protocol.records import Evaluation, PolicyScore
 

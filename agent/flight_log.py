@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from agent.flight import succeeded
+from agent.environment.flight import succeeded
 from protocol.records import Episode
 
 RECENT = 20

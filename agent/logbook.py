@@ -7,10 +7,10 @@ from typing import Any
 
 from msgspec import Struct
 
+from agent.checkpointing.journal import Journal
+from agent.environment.stages import StageMedians
 from agent.flight_log import FlightLog
-from agent.journal import Journal
-from agent.pace import Pace
-from agent.stages import StageMedians
+from agent.throughput import Pace
 from protocol.config import RunConfig
 from protocol.records import Phase, Progress, Stage
 

@@ -20,22 +20,22 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from agent.call_counts import total
-from agent.checkpoint import Checkpoint, Content, Grown
-from agent.checkpoints import Checkpoints
+from agent.checkpointing.checkpoint import Checkpoint, Content, Grown
+from agent.checkpointing.checkpoints import Checkpoints
+from agent.checkpointing.journal import Journal
+from agent.checkpointing.replay_journal import ReplayJournal
+from agent.checkpointing.weights import FILE_NAME, save_weights
+from agent.environment.spaces import ACTION_SIZE
+from agent.environment.vector_hover import StepResult, VectorHover
 from agent.flight_log import SCRIPTED
-from agent.journal import Journal
-from agent.learner import Learner, Transition
-from agent.learner import Statistics as Losses
+from agent.learning.learner import Learner, Transition
+from agent.learning.learner import Statistics as Losses
+from agent.learning.policies import Policy, scripted
 from agent.logbook import Clocks, Logbook
 from agent.observer import NOBODY, Observer
-from agent.policies import Policy, scripted
-from agent.replay_journal import ReplayJournal
-from agent.spaces import ACTION_SIZE
-from agent.vector_hover import StepResult, VectorHover
-from agent.weights import FILE_NAME, save_weights
 from protocol.arrays import Float32Array
+from protocol.client.dispatcher import Statistics as CallStatistics
 from protocol.config import RunConfig
-from protocol.dispatcher import Statistics as CallStatistics
 from protocol.errors import CallFailed
 from protocol.failpoint import Failpoint, no_failpoint
 from protocol.records import Phase, Summary

@@ -23,14 +23,14 @@ from msgspec import Struct
 from rich.console import Console
 
 from benchmarks.machine import machine_kind
-from orchestrator.view import Viewpoint, camera_at
+from orchestrator.pictures.view import Viewpoint, camera_at
 from protocol import Client, Timeouts
 from protocol.camera import Intrinsics
+from protocol.client.pending import Pending
 from protocol.config import EnvironmentConfig
 from protocol.frame import ENCODINGS, Encoding
 from protocol.messages import Observe, Render, Role, SampleScene
 from protocol.observation import FilterState, Observation
-from protocol.pending import Pending
 from protocol.scene import Scene
 from protocol.security import Security, load_credentials
 from tests.deployment.hosts import Hosts, why_not

@@ -25,10 +25,10 @@ from rich.progress import track
 
 from benchmarks.machine import machine_kind
 from benchmarks.viewpoints import all_views
-from orchestrator.view import a_step_before, camera_at
-from perception_worker.backend import open_look, open_network
+from orchestrator.pictures.view import a_step_before, camera_at
 from perception_worker.look import WholeLook
-from perception_worker.network import Network, NetworkOutput, People
+from perception_worker.networks.backend import open_look, open_network
+from perception_worker.networks.network import Network, NetworkOutput, People
 from perception_worker.perceive import Perceiver
 from protocol.arrays import BoolArray, Float64Array, UInt8Array
 from protocol.camera import Camera, project

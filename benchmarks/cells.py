@@ -20,16 +20,16 @@ from rich.progress import track
 
 from benchmarks.machine import machine_kind
 from benchmarks.viewpoints import all_views
-from orchestrator.experiments.bootstrap import Figure, figure, people_of, samples_of_people
-from orchestrator.experiments.correlation import pearson
-from orchestrator.view import a_step_before, camera_at
+from orchestrator.experiments.figures.bootstrap import Figure, figure, people_of, samples_of_people
+from orchestrator.experiments.figures.correlation import pearson
+from orchestrator.pictures.view import a_step_before, camera_at
 from perception_worker import kalman
-from perception_worker.backend import open_look
 from perception_worker.calibration.choice import open_calibration
 from perception_worker.lifter import open_lifter
 from perception_worker.lifter.evidence import evidence_of
 from perception_worker.lifting import lift, windows_around, within_reach
 from perception_worker.look import HeldPictures, Sight
+from perception_worker.networks.backend import open_look
 from perception_worker.qoe import heatmap_cells, nearest_cells, quality_of_estimation
 from perception_worker.stopwatch import Stopwatch
 from protocol.arrays import Float64Array

@@ -17,13 +17,14 @@ import numpy as np
 from msgspec import Struct
 from rich.console import Console
 
-from agent.checkpoint import REPLAY, Content, Grown
-from agent.checkpoints import Checkpoints
-from agent.growing_file import GrowingFile
-from agent.learner import Learner, Transition, make_learner
-from agent.replay_journal import ReplayJournal
-from agent.spaces import ACTION_SIZE, OBSERVATION_SIZE
-from agent.weights import FILE_NAME, save_weights
+from agent.checkpointing.append_only_file import GrowingFile
+from agent.checkpointing.checkpoint import REPLAY, Content, Grown
+from agent.checkpointing.checkpoints import Checkpoints
+from agent.checkpointing.replay_journal import ReplayJournal
+from agent.checkpointing.weights import FILE_NAME, save_weights
+from agent.environment.spaces import ACTION_SIZE, OBSERVATION_SIZE
+from agent.learning.algorithms import make_learner
+from agent.learning.learner import Learner, Transition
 from benchmarks.machine import machine_kind
 from protocol.config import LearnerConfig, RunConfig, SacConfig
 

@@ -17,9 +17,9 @@ from rich.console import Console
 
 from benchmarks.machine import machine_kind
 from benchmarks.viewpoints import front_views, observe_requests, requests_before
-from orchestrator.live_display import open_display
+from orchestrator.monitoring.live_display import open_display
+from orchestrator.pictures.worker_pair import worker_pair
 from orchestrator.stop_request import stop_on_signals
-from orchestrator.worker_pair import worker_pair
 from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import project
 from protocol.config import PerceptionConfig, RunConfig

@@ -17,9 +17,9 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 from rich.console import Console
 
-from orchestrator.experiments.flight_figures import flown_samples
-from orchestrator.experiments.posterior_figures import SETTLED, radius_of
-from orchestrator.experiments.sample import Sample, truth_of
+from orchestrator.experiments.figures.flight_figures import flown_samples
+from orchestrator.experiments.figures.posterior_figures import SETTLED, radius_of
+from orchestrator.experiments.figures.sample import Sample, truth_of
 from protocol.arrays import BoolArray, Float64Array
 
 REPEATED = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)

@@ -26,15 +26,15 @@ from rich.console import Console
 from benchmarks.detection import detection, finding
 from benchmarks.machine import machine_kind
 from benchmarks.viewpoints import front_views, observe_requests
-from orchestrator.live_display import open_display
+from orchestrator.monitoring.live_display import open_display
+from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
 from orchestrator.stop_request import stop_on_signals
-from orchestrator.worker_pair import WorkerPair, worker_pair
 from protocol.arrays import AnyArray
 from protocol.config import RunConfig
 from protocol.frame import Frame
-from protocol.lossless import compress_colours, compress_depth, decompress_colours, decompress_depth
 from protocol.messages import Observe, Perceive, Render
 from protocol.observation import Observation
+from protocol.packing.lossless import compress_colours, compress_depth, decompress_colours, decompress_depth
 from protocol.skeleton import weighted_uncertainty
 
 QUALITIES = (80, 90, 95)

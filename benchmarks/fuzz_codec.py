@@ -40,10 +40,10 @@ with _watched(["protocol"]):
     from protocol.errors import ProtocolError
     from protocol.header import ReplyHeader, RequestHeader
     from protocol.limits import Limits
-    from protocol.listener import Listener
     from protocol.messages import MESSAGE_NUMBERS, Role, State
-    from protocol.sockets import Arrival, Context
+    from protocol.server.listener import Listener
     from protocol.timeouts import DEFAULT_TIMEOUTS
+    from protocol.transport.sockets import Arrival, Context
 
 # Small, so that what is too large is found as well.
 LIMITS = Limits(header_bytes=256, body_bytes=4096, array_bytes=4096, message_bytes=8192, queue=4)

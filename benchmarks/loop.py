@@ -28,9 +28,9 @@ from rich.console import Console
 from benchmarks import stages_alone
 from benchmarks.machine import machine_kind
 from benchmarks.stages_alone import StagesAlone, add_options
-from orchestrator.report import TrainingReport
-from protocol.cores import available_cores
+from orchestrator.monitoring.report import TrainingReport
 from protocol.records import Stage
+from protocol.system.cores import available_cores
 
 STAGES: tuple[Stage, ...] = get_args(Stage)
 

@@ -12,9 +12,9 @@ from rich.console import Console
 
 from benchmarks.machine import machine_kind
 from benchmarks.viewpoints import front_views, observe_requests
-from orchestrator.live_display import open_display
+from orchestrator.monitoring.live_display import open_display
+from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
 from orchestrator.stop_request import stop_on_signals
-from orchestrator.worker_pair import WorkerPair, worker_pair
 from protocol.config import RunConfig
 
 MIB = 2**20

@@ -25,13 +25,13 @@ from rich.progress import Progress
 from benchmarks.machine import machine_kind
 from benchmarks.pose_quality import BANDS, Correlation, Estimate, Figures, View, estimate, figures
 from benchmarks.viewpoints import all_views, observe_requests, requests_before
-from orchestrator.live_display import open_display
+from orchestrator.monitoring.live_display import open_display
+from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
 from orchestrator.stop_request import stop_on_signals
-from orchestrator.worker_pair import WorkerPair, worker_pair
-from perception_worker.backend import open_look, open_network
 from perception_worker.lifter import open_lifter
 from perception_worker.look import HeldPictures
-from perception_worker.network import Network
+from perception_worker.networks.backend import open_look, open_network
+from perception_worker.networks.network import Network
 from perception_worker.perceive import Perceiver
 from perception_worker.worker import with_lifter_at_hand
 from protocol.arrays import UInt8Array

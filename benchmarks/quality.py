@@ -24,12 +24,13 @@ from rich.progress import track
 
 from benchmarks.machine import machine_kind
 from benchmarks.viewpoints import all_views
-from orchestrator.view import camera_at
-from perception_worker import decoding, qoe
-from perception_worker.backend import open_network
+from orchestrator.pictures.view import camera_at
+from perception_worker import qoe
 from perception_worker.calibration.choice import open_calibration
 from perception_worker.lifting import lift, windows_around
-from perception_worker.network import NetworkOutput
+from perception_worker.networks import decoding
+from perception_worker.networks.backend import open_network
+from perception_worker.networks.network import NetworkOutput
 from protocol.arrays import Float64Array
 from protocol.camera import Camera
 from protocol.config import RunConfig, settled

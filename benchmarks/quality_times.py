@@ -20,7 +20,7 @@ from rich.progress import track
 
 from benchmarks.machine import machine_kind
 from benchmarks.quality import ours, recorded, timed
-from orchestrator.experiments.plots import write
+from orchestrator.experiments.pages.plots import write
 from protocol.arrays import Float64Array
 
 CLAIM = 5.0

@@ -20,23 +20,23 @@ from msgspec import Struct
 from msgspec.structs import replace
 from rich.console import Console
 
-from agent.eyes import RemoteEyes
-from agent.policies import scripted
-from agent.vector_hover import VectorHover
+from agent.environment.sensor import RemoteEyes
+from agent.environment.vector_hover import VectorHover
+from agent.learning.policies import scripted
 from benchmarks.machine import machine_kind
-from orchestrator.fleet import Fleet
-from orchestrator.launch import Launch, addresses, registry_address, worker_launches
-from orchestrator.live_display import Display, open_display
-from orchestrator.registry import Registry, serve_registry
-from orchestrator.run_directory import resolved_toml
+from orchestrator.monitoring.live_display import Display, open_display
+from orchestrator.run.run_directory import resolved_toml
+from orchestrator.run.socket_directory import socket_directory
 from orchestrator.session import Session
-from orchestrator.socket_directory import socket_directory
 from orchestrator.stop_request import StopRequest, stop_on_signals
-from orchestrator.supervisor import Supervisor
+from orchestrator.supervision.fleet import Fleet
+from orchestrator.supervision.launch_plan import Launch, addresses, registry_address, worker_launches
+from orchestrator.supervision.registry import Registry, serve_registry
+from orchestrator.supervision.supervisor import Supervisor
+from protocol.client.pool import Pool
 from protocol.config import RunConfig
 from protocol.config_file import load_config
 from protocol.messages import Role
-from protocol.pool import Pool
 from protocol.timeouts import Timeouts
 
 LOOK = 0.02

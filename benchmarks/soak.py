@@ -25,13 +25,13 @@ from msgspec.structs import replace
 from rich.console import Console
 
 from benchmarks.machine import machine_kind
-from orchestrator.chaos.catalogue import chosen
 from orchestrator.chaos.errors import NotRecovered
 from orchestrator.chaos.rehearsed_run import RehearsedRun
+from orchestrator.chaos.scenarios.catalogue import chosen
 from orchestrator.chaos.schedule import plan, strike_times
 from orchestrator.chaos.settings import rehearsal_config
-from orchestrator.live_display import Display, Snapshot, open_display
-from orchestrator.run_directory import resolved_toml
+from orchestrator.monitoring.live_display import Display, Snapshot, open_display
+from orchestrator.run.run_directory import resolved_toml
 from orchestrator.stop_request import StopRequest, stop_on_signals
 from protocol.config import RunConfig
 from protocol.config_file import load_config

@@ -19,13 +19,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 from rich.console import Console
 
-from agent.learner import Transition, make_learner
-from agent.spaces import ACTION_SIZE, OBSERVATION_SIZE
-from agent.stages import times_of
+from agent.environment.spaces import ACTION_SIZE, OBSERVATION_SIZE
+from agent.environment.stages import times_of
+from agent.learning.algorithms import make_learner
+from agent.learning.learner import Transition
 from benchmarks.viewpoints import front_views, observe_requests
-from orchestrator.live_display import Display, FrameCount, Snapshot, open_display
+from orchestrator.monitoring.live_display import Display, FrameCount, Snapshot, open_display
+from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
 from orchestrator.stop_request import stop_on_signals
-from orchestrator.worker_pair import WorkerPair, worker_pair
 from protocol.config import LearnerConfig, RunConfig
 from protocol.config_file import load_config
 from protocol.records import Stage

@@ -15,11 +15,11 @@ import numpy as np
 from rich.console import Console
 
 from benchmarks.machine import machine_kind
-from orchestrator.live_display import open_display
+from orchestrator.monitoring.live_display import open_display
+from orchestrator.pictures.view import Viewpoint, camera_at
+from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
 from orchestrator.stop_request import stop_on_signals
-from orchestrator.view import Viewpoint, camera_at
-from orchestrator.worker_pair import WorkerPair, worker_pair
-from protocol.client import Client
+from protocol.client.client import Client
 from protocol.config import RunConfig
 from protocol.message import Request
 from protocol.messages import Observe, Render, SampleScene

@@ -24,7 +24,7 @@ from rich.progress import track
 
 from benchmarks.machine import machine_kind
 from benchmarks.viewpoints import all_views
-from orchestrator.view import a_step_before, camera_at
+from orchestrator.pictures.view import a_step_before, camera_at
 from protocol import Client, Timeouts
 from protocol.config import RunConfig
 from protocol.messages import Observe, Role, SampleScene

@@ -23,8 +23,9 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from agent.learner import Learner, Transition, make_learner
-from agent.spaces import ACTION_SIZE, OBSERVATION_SIZE
+from agent.environment.spaces import ACTION_SIZE, OBSERVATION_SIZE
+from agent.learning.algorithms import make_learner
+from agent.learning.learner import Learner, Transition
 from benchmarks.machine import machine_kind
 from protocol.config import EnvironmentConfig, LearnerConfig
 from protocol.errors import InvalidInput

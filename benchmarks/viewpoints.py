@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from orchestrator.view import Viewpoint, a_step_before, camera_at
-from orchestrator.worker_pair import WorkerPair
+from orchestrator.pictures.view import Viewpoint, a_step_before, camera_at
+from orchestrator.pictures.worker_pair import WorkerPair
 from protocol.config import EnvironmentConfig
 from protocol.messages import Observe, SampleScene
 from protocol.observation import FilterState

@@ -6,16 +6,16 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from orchestrator.fleet import Fleet
-from orchestrator.launch import Launch, registry_address, worker_launches
-from orchestrator.live_display import Display
-from orchestrator.registry import Registry, serve_registry
-from orchestrator.run_directory import resolved_toml
-from orchestrator.run_log import log_directory
+from orchestrator.monitoring.live_display import Display
+from orchestrator.run.run_directory import resolved_toml
+from orchestrator.run.run_log import log_directory
+from orchestrator.run.socket_directory import socket_directory
 from orchestrator.session import Session
-from orchestrator.socket_directory import socket_directory
 from orchestrator.stop_request import StopRequest
-from orchestrator.supervisor import Supervisor
+from orchestrator.supervision.fleet import Fleet
+from orchestrator.supervision.launch_plan import Launch, registry_address, worker_launches
+from orchestrator.supervision.registry import Registry, serve_registry
+from orchestrator.supervision.supervisor import Supervisor
 from protocol.config import RunConfig
 from protocol.timeouts import Timeouts
 

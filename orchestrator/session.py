@@ -5,15 +5,15 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from orchestrator.elsewhere import NOBODY_ELSEWHERE, Elsewhere
 from orchestrator.errors import Interrupted
-from orchestrator.fleet import Fleet
-from orchestrator.launch import Launch
-from orchestrator.live_display import Display, FrameCount, Snapshot
-from orchestrator.log_warnings import LogWarnings
+from orchestrator.hosting.remote_workers import NOBODY_ELSEWHERE, Elsewhere
+from orchestrator.monitoring.live_display import Display, FrameCount, Snapshot
 from orchestrator.stop_request import StopRequest
-from orchestrator.supervisor import Supervisor
-from orchestrator.ward import IsDone
+from orchestrator.supervision.fleet import Fleet
+from orchestrator.supervision.launch_plan import Launch
+from orchestrator.supervision.log_warnings import LogWarnings
+from orchestrator.supervision.supervised_process import IsDone
+from orchestrator.supervision.supervisor import Supervisor
 from protocol.errors import DeadlineExceeded
 from protocol.records import Progress
 

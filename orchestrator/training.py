@@ -12,12 +12,19 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from orchestrator.elsewhere import NOBODY_ELSEWHERE
-from orchestrator.ending import Ending, ending_by
 from orchestrator.errors import RunBusy
-from orchestrator.fleet import AGENT_PATIENCE, WORKER_PATIENCE, Fleet, end_processes
-from orchestrator.joining import Join, JoinedHost, dismiss
-from orchestrator.launch import (
+from orchestrator.hosting.joining import Join, JoinedHost, dismiss
+from orchestrator.hosting.remote_workers import NOBODY_ELSEWHERE
+from orchestrator.monitoring.live_display import Display, Snapshot
+from orchestrator.monitoring.telemetry import Watch
+from orchestrator.run.ending import Ending, ending_by
+from orchestrator.run.run_directory import RunDirectory
+from orchestrator.run.run_log import run_log
+from orchestrator.run.socket_directory import run_sockets, sockets_of
+from orchestrator.session import Session
+from orchestrator.stop_request import StopRequest
+from orchestrator.supervision.fleet import AGENT_PATIENCE, WORKER_PATIENCE, Fleet, end_processes
+from orchestrator.supervision.launch_plan import (
     TRAINING,
     Evaluate,
     Launch,
@@ -26,18 +33,11 @@ from orchestrator.launch import (
     training_launch,
     worker_launches,
 )
-from orchestrator.left_behind import Found, LeftBehind
-from orchestrator.live_display import Display, Snapshot
-from orchestrator.registry import Registry, serve_registry
-from orchestrator.run_directory import RunDirectory
-from orchestrator.run_log import run_log
-from orchestrator.session import Session
-from orchestrator.socket_directory import run_sockets, sockets_of
-from orchestrator.stop_request import StopRequest
-from orchestrator.supervisor import Supervisor
-from orchestrator.telemetry import Watch
-from orchestrator.ward import IsDone
-from orchestrator.worker_process import WorkerProcess
+from orchestrator.supervision.left_behind import Found, LeftBehind
+from orchestrator.supervision.registry import Registry, serve_registry
+from orchestrator.supervision.supervised_process import IsDone
+from orchestrator.supervision.supervisor import Supervisor
+from orchestrator.supervision.worker_process import WorkerProcess
 from protocol.errors import VantageError
 from protocol.messages import Role
 from protocol.system.refusal import reason

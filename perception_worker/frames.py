@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from msgspec.structs import replace
 
 from perception_worker.stopwatch import Clock, Stopwatch
+from protocol.client.pool import Pool
 from protocol.config import FrameEncoding
 from protocol.errors import MalformedMessage
 from protocol.frame import Encoding, Frame
 from protocol.messages import Observe, Render
-from protocol.packing import unpack
-from protocol.pool import Pool
+from protocol.packing.packing import unpack
 from protocol.region import Region
 from protocol.security.policy import is_local
 

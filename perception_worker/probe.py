@@ -2,7 +2,7 @@
 
 import sys
 
-from perception_worker.backend import network_name
+from perception_worker.networks.backend import network_name
 from perception_worker.worker import open_perceiver, warm_up, with_lifter_at_hand
 from protocol.config import RunConfig, settled
 from protocol.system.command import run_command

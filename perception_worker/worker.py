@@ -12,21 +12,19 @@ import cv2
 import numpy as np
 from msgspec.structs import replace
 
-from perception_worker.backend import input_size, network_name, open_look, region_size
 from perception_worker.calibration.choice import open_calibration
 from perception_worker.frames import RenderedFrames, opened_by
 from perception_worker.lifter import open_lifter
 from perception_worker.lifting import LIFTINGS
 from perception_worker.look import HeldPictures, Pictures
+from perception_worker.networks.backend import input_size, network_name, open_look, region_size
 from perception_worker.perceive import Perceiver
 from perception_worker.stopwatch import Clock
-from protocol import Handlers, Pool, Timeouts, logs, serve
+from protocol import Handlers, Pool, Timeouts, serve
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import FrameEncoding, PerceptionConfig, RunConfig, settled
 from protocol.config_file import load_config, require_recorded_files
-from protocol.enrolment import ADVERTISE_HELP, Enrolment, enrolment_of
 from protocol.errors import InvalidConfig, VantageError
-from protocol.exit_code import ExitCode, logged_exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.frame import ENCODINGS, Frame
 from protocol.messages import Observe, Perceive, Role
@@ -34,6 +32,9 @@ from protocol.named_files import with_absolute_paths
 from protocol.observation import FilterState, Observation
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import add_security_options, security_of
+from protocol.server.worker_registration import ADVERTISE_HELP, Enrolment, enrolment_of
+from protocol.system import logs
+from protocol.system.exit_code import ExitCode, logged_exit_code_of
 from protocol.telemetry.endpoint import Endpoint, add_http_options, endpoint_of
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry

@@ -22,7 +22,7 @@ ENCODINGS: tuple[Encoding, ...] = get_args(Encoding)
 
 
 class Packed(Value, frozen=True, eq=False, kw_only=True):
-    """A picture made smaller for its way; `protocol.packing` makes it and opens it.
+    """A picture made smaller for its way; `protocol.packing.packing` makes it and opens it.
 
     Attributes:
         rgb, depth: (n,) bytes. The size of the picture is that of the frame's area.

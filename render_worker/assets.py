@@ -20,7 +20,7 @@ from protocol.artifact import BODIES_VERSION, bodies_path, require_artifact, who
 from protocol.errors import ArtifactDamaged
 from protocol.skeleton import Joint
 from render_worker.arrays import IndexArray
-from render_worker.skinning import vertex_normals
+from render_worker.people.skinning import vertex_normals
 from render_worker.surfaces import Surface
 from render_worker.textures import Spot, spots_of
 

@@ -21,10 +21,10 @@ from protocol.scene import (
     Split,
     Sun,
 )
-from render_worker.pose_families import Family, sample_family
-from render_worker.poses import sample_pose
-from render_worker.surroundings import BACKGROUNDS, is_hall
-from render_worker.wide_poses import sample_wide_pose
+from render_worker.people.pose_families import Family, sample_family
+from render_worker.people.poses import sample_pose
+from render_worker.people.wide_poses import sample_wide_pose
+from render_worker.surroundings.surroundings import BACKGROUNDS, is_hall
 
 FARTHEST_FROM_ORIGIN = 0.5
 

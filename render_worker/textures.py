@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from protocol.arrays import Float32Array, UInt8Array
 from render_worker.arrays import IntArray, RealArray
 from render_worker.noise import seamless_noise, shifted
-from render_worker.outfit import Colour, Fabric, Hair, Outfit
+from render_worker.people.outfit import Colour, Fabric, Hair, Outfit
 
 SIZE = 512
 """Of every texture of a person, since OpenGL has them as one array; the masks have it too."""

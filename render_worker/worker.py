@@ -13,19 +13,19 @@ from msgspec.structs import replace
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import RunConfig
 from protocol.config_file import load_config, require_recorded_files
-from protocol.enrolment import ADVERTISE_HELP, Enrolment, enrolment_of
 from protocol.errors import VantageError
-from protocol.exit_code import ExitCode, logged_exit_code_of
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.frame import Frame
 from protocol.limits import require_picture_travels
-from protocol.logs import configure
 from protocol.messages import Render, Role, Sampled, SampleScene
-from protocol.packing import pack
+from protocol.packing.packing import pack
 from protocol.region import Region
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import add_security_options, security_of
-from protocol.server import Handlers, serve
+from protocol.server.server import Handlers, serve
+from protocol.server.worker_registration import ADVERTISE_HELP, Enrolment, enrolment_of
+from protocol.system.exit_code import ExitCode, logged_exit_code_of
+from protocol.system.logs import configure
 from protocol.telemetry.endpoint import Endpoint, add_http_options, endpoint_of
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry

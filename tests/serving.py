@@ -3,9 +3,9 @@
 import threading
 from contextlib import contextmanager
 
-from protocol.client import Client
+from protocol.client.client import Client
 from protocol.messages import Drain, Role
-from protocol.server import serve
+from protocol.server.server import serve
 
 
 @contextmanager

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from perception_worker.backend import (
+from perception_worker.look import Look, TrackingLook, WholeLook
+from perception_worker.networks.backend import (
     DEFAULT_SIZE,
     input_size,
     network_name,
@@ -13,11 +14,10 @@ from perception_worker.backend import (
     quick_search_size,
     region_size,
 )
-from perception_worker.engine import Engine
-from perception_worker.layout import find_layout
-from perception_worker.look import Look, TrackingLook, WholeLook
-from perception_worker.models import KNOWN, require_network
-from perception_worker.openpose_network import OpenPoseNetwork
+from perception_worker.networks.engine import Engine
+from perception_worker.networks.layout import find_layout
+from perception_worker.networks.models import KNOWN, require_network
+from perception_worker.networks.openpose_network import OpenPoseNetwork
 from protocol.config import PerceptionConfig
 from protocol.errors import Unavailable
 
@@ -71,7 +71,7 @@ _Found = tuple[Engine, str, bool]
 def _openvino(file: Path, size: _Size) -> _Found:
     if not importlib.util.find_spec("openvino"):
         raise Unavailable("OpenVINO is not installed")
-    from perception_worker.openvino_engine import OpenVinoEngine
+    from perception_worker.networks.openvino_engine import OpenVinoEngine
 
     engine = OpenVinoEngine(file, input_size=size, default_size=size, precision="f32", threads=1)
     return engine, "OpenVINO, 1 thread", False
@@ -81,7 +81,7 @@ def _onnxruntime(file: Path, size: _Size) -> _Found:
     """As a perception worker opens it: with whatever there is."""
     if not importlib.util.find_spec("onnxruntime"):
         raise Unavailable("ONNX Runtime is not installed")
-    from perception_worker.onnxruntime_engine import CPU, OnnxRuntimeEngine
+    from perception_worker.networks.onnxruntime_engine import CPU, OnnxRuntimeEngine
 
     engine = OnnxRuntimeEngine(file, input_size=size, default_size=size, threads=1)
     return engine, f"ONNX Runtime, {_short(engine.provider)}", engine.provider != CPU

@@ -16,7 +16,7 @@ from rich.console import Console
 
 from benchmarks.accelerator.measured import Measured
 from benchmarks.accelerator.places import Place
-from orchestrator.report import TrainingReport
+from orchestrator.monitoring.report import TrainingReport
 from protocol.errors import Unavailable
 
 

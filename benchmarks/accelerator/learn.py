@@ -7,7 +7,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from agent.learner import make_learner
+from agent.learning.algorithms import make_learner
 from benchmarks.accelerator.measured import Measured, hand_over, options_of, save_arrays
 from benchmarks.stages_alone import Updating, measured_updates
 from protocol.config import LearnerConfig, RunConfig, SacConfig

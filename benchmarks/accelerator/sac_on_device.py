@@ -11,12 +11,12 @@ from skrl.agents.torch.sac import SAC, SAC_CFG
 from skrl.memories.torch import RandomMemory
 from skrl.models.torch import Model
 
-from agent.features import Features
-from agent.learner import Transition, learned_rewards
-from agent.networks import Critic, SquashedPolicy
-from agent.randomness import seed_all
-from agent.skrl_state import network_weights, tracked
-from agent.spaces import action_space, observation_space
+from agent.environment.spaces import action_space, observation_space
+from agent.learning.features import Features
+from agent.learning.learner import Transition, learned_rewards
+from agent.learning.networks import Critic, SquashedPolicy
+from agent.learning.randomness import seed_all
+from agent.learning.skrl_state import network_weights, tracked
 from protocol.config import EnvironmentConfig, SacConfig
 
 _CRITICS = ("critic_1", "critic_2", "target_critic_1", "target_critic_2")

@@ -8,7 +8,7 @@ from msgspec import Struct
 from benchmarks.accelerator.differences import Difference
 from benchmarks.accelerator.jobs import Missing
 from benchmarks.accelerator.measured import Measured
-from orchestrator.report import TrainingReport
+from orchestrator.monitoring.report import TrainingReport
 
 _SEEN: Mapping[str, tuple[str, ...]] = {
     "infer": ("heatmaps",),

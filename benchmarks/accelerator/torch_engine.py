@@ -14,7 +14,7 @@ import torch.nn.functional as F  # noqa: N812 (torch's own name for it)
 from onnx import numpy_helper
 from torch import Tensor
 
-from perception_worker.engine import Outputs, shapes_of
+from perception_worker.networks.engine import Outputs, shapes_of
 from protocol.arrays import Float32Array
 from protocol.errors import Unavailable
 

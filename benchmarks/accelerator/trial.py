@@ -10,7 +10,7 @@ from benchmarks.accelerator.jobs import Jobs, Missing
 from benchmarks.accelerator.measured import Measured, load_arrays
 from benchmarks.accelerator.places import Place
 from benchmarks.accelerator.tables import Row
-from orchestrator.report import TrainingReport
+from orchestrator.monitoring.report import TrainingReport
 
 KINDS = ("render", "perceive", "learn", "loop")
 """What can be measured."""

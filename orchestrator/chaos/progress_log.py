@@ -6,7 +6,7 @@ from pathlib import Path
 import msgspec
 from msgspec import Struct
 
-from orchestrator.json_lines import Follower
+from orchestrator.run.json_lines import Follower
 from protocol.records import Progress
 from protocol.text import UNDECODABLE
 

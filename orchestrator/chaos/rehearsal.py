@@ -8,18 +8,18 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from orchestrator.chaos.catalogue import MakeScenario
 from orchestrator.chaos.comparison import compare
+from orchestrator.chaos.control_run import Untouched, untouched_run
 from orchestrator.chaos.errors import InvariantBroken, RunEnded
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.chaos.report import ChaosReport, PlayedFault, by_class
-from orchestrator.chaos.scenario import Scenario
+from orchestrator.chaos.scenarios.catalogue import MakeScenario
+from orchestrator.chaos.scenarios.scenario import Scenario
 from orchestrator.chaos.schedule import PlannedFault, plan
 from orchestrator.chaos.settings import rehearsal_config
 from orchestrator.chaos.step_limit import StepLimit
-from orchestrator.chaos.untouched import Untouched, untouched_run
-from orchestrator.live_display import Display, Snapshot
-from orchestrator.run_directory import resolved_toml
+from orchestrator.monitoring.live_display import Display, Snapshot
+from orchestrator.run.run_directory import resolved_toml
 from orchestrator.stop_request import StopRequest
 from protocol.config_file import load_config
 

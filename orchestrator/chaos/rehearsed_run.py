@@ -10,16 +10,16 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
 
-from orchestrator.chaos.crew import MARK, Crew, end, marked
 from orchestrator.chaos.errors import NotRecovered, RehearsalFailed, RunEnded
 from orchestrator.chaos.progress_log import ProgressLog
-from orchestrator.json_lines import last_lines
-from orchestrator.launch import module_command
-from orchestrator.process_handle import creation_time
-from orchestrator.run_directory import ProcessRecord, RunDirectory
-from orchestrator.socket_directory import sockets_of
+from orchestrator.chaos.scenarios.children import MARK, Crew, end, marked
+from orchestrator.run.json_lines import last_lines
+from orchestrator.run.run_directory import ProcessRecord, RunDirectory
+from orchestrator.run.socket_directory import sockets_of
 from orchestrator.stop_request import StopRequest
-from orchestrator.worker_process import ending
+from orchestrator.supervision.launch_plan import module_command
+from orchestrator.supervision.process_handle import creation_time
+from orchestrator.supervision.worker_process import ending
 from protocol.config import TimeoutsConfig
 from protocol.failpoint import VARIABLE, Failpoints
 from protocol.messages import Role

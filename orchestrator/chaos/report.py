@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from orchestrator.chaos.comparison import Comparison
-from orchestrator.live_display import duration
+from orchestrator.monitoring.live_display import duration
 
 
 class PlayedFault(Struct, frozen=True, kw_only=True):

@@ -10,7 +10,7 @@ from orchestrator.doctor import machine, rooms
 from orchestrator.doctor.check import Check, all_needed_passed
 from orchestrator.doctor.packages import ROOMS, check_packages
 from orchestrator.doctor.table import checks_table
-from orchestrator.versions import requirements
+from orchestrator.run.versions import requirements
 from protocol.errors import VantageError
 from protocol.system.refusal import SYSTEM_ERRORS, sentence
 

@@ -10,12 +10,12 @@ from pathlib import Path
 import psutil
 import zmq
 
-from orchestrator.directory_lock import directory_lock
 from orchestrator.doctor.check import Check
-from orchestrator.run_directory import RUNS
-from orchestrator.socket_directory import socket_directory
+from orchestrator.run.directory_lock import directory_lock
+from orchestrator.run.run_directory import RUNS
+from orchestrator.run.socket_directory import socket_directory
 from protocol.artifact import cache_directory, whole_file
-from protocol.cores import available_cores
+from protocol.system.cores import available_cores
 
 OLDEST_PYTHON = (3, 11)
 LEAST_MEMORY = 2 * 2**30

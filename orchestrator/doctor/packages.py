@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from packaging.requirements import Requirement
 
 from orchestrator.doctor.check import Check
-from orchestrator.versions import installed_version
+from orchestrator.run.versions import installed_version
 
 ROOMS = ("render", "perception", "agent", "orchestrator")
 

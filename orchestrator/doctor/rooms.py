@@ -9,8 +9,8 @@ import subprocess
 import sys
 
 from orchestrator.doctor.check import Check
-from orchestrator.launch import PROCESS_ENVIRONMENT, module_command
-from orchestrator.worker_process import ending
+from orchestrator.supervision.launch_plan import PROCESS_ENVIRONMENT, module_command
+from orchestrator.supervision.worker_process import ending
 from protocol.system.refusal import reason
 
 PROBE_PATIENCE = 120.0
@@ -21,7 +21,7 @@ print(f"{assets_path()} is there and whole")
 """
 """The render room has no command that only looks."""
 MAKE_LEARNER = """
-from agent.learner import make_learner
+from agent.learning.algorithms import make_learner
 from protocol.config import RunConfig
 config = RunConfig()
 make_learner(config.learner, config.environment, seed=0)
@@ -33,7 +33,7 @@ def check_opengl() -> Check:
     """Something can render without a screen."""
     return probe(
         "OpenGL over EGL",
-        module_command("orchestrator.gl_probe"),
+        module_command("orchestrator.doctor.gl_probe"),
         remedy="install a driver (Debian: apt-get install libegl1 libgl1 libgl1-mesa-dri), "
         "then 'orchestrator doctor' again",
     )
@@ -41,7 +41,9 @@ def check_opengl() -> Check:
 
 def check_network() -> Check:
     """The pose network is in the cache and whole."""
-    return probe("pose network", module_command("perception_worker.models", "check"), remedy="orchestrator models pull")
+    return probe(
+        "pose network", module_command("perception_worker.networks.models", "check"), remedy="orchestrator models pull"
+    )
 
 
 def check_bodies() -> Check:

@@ -10,13 +10,13 @@ import pyarrow as pa
 from msgspec import Struct
 from msgspec.structs import replace
 
-from orchestrator.experiments.columns import SCHEMA, joint_columns, table_of
 from orchestrator.experiments.directory import ExperimentDirectory
+from orchestrator.experiments.figures.columns import SCHEMA, joint_columns, table_of
 from orchestrator.experiments.parts import Parts
 from orchestrator.experiments.qoe import Shot, frame_values, observe_request
 from orchestrator.experiments.views import SeededScene, View, ViewSet, family_of, identities_and_poses, scenes_of
 from orchestrator.experiments.workers import Rate, Workers
-from orchestrator.view import Viewpoint
+from orchestrator.pictures.view import Viewpoint
 from protocol.arrays import AnyArray
 from protocol.camera import DepthNoise
 from protocol.config import EnvironmentConfig, RunConfig, settled

@@ -7,15 +7,15 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from orchestrator.experiments.columns import LIFTINGS, joint_columns, table_of
 from orchestrator.experiments.directory import ExperimentDirectory
+from orchestrator.experiments.figures.columns import LIFTINGS, joint_columns, table_of
 from orchestrator.experiments.parts import Parts
 from orchestrator.experiments.views import SeededScene, View, ViewSet, camera_of, scenes_of, view
 from orchestrator.experiments.views_directory import what_counts
 from orchestrator.experiments.workers import Rate, Workers
-from orchestrator.run_directory import plain_toml
-from orchestrator.versions import Versions
-from orchestrator.view import a_step_before
+from orchestrator.pictures.view import a_step_before
+from orchestrator.run.run_directory import plain_toml
+from orchestrator.run.versions import Versions
 from protocol.camera import DepthNoise
 from protocol.config import EnvironmentConfig, RunConfig, settled
 from protocol.messages import Observe, Sampled, SampleScene

@@ -7,18 +7,18 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from msgspec import Struct
 
-from orchestrator.experiments.bootstrap import people_of
 from orchestrator.experiments.directory import ExperimentDirectory
-from orchestrator.experiments.figures import QoeFigures, coverages, errors, scores
-from orchestrator.experiments.flight_figures import FlightFigures, flight_figures
-from orchestrator.experiments.flight_plot import flights_plot
-from orchestrator.experiments.lifting_figures import lifted_joints
-from orchestrator.experiments.page import page
-from orchestrator.experiments.plots import write, write_plots
-from orchestrator.experiments.posterior_targets import posterior_targets
-from orchestrator.experiments.sample import Sample, samples_of
-from orchestrator.experiments.target import Target
-from orchestrator.experiments.targets import targets
+from orchestrator.experiments.figures.bootstrap import people_of
+from orchestrator.experiments.figures.flight_figures import FlightFigures, flight_figures
+from orchestrator.experiments.figures.lifting_figures import lifted_joints
+from orchestrator.experiments.figures.observation_figures import QoeFigures, coverages, errors, scores
+from orchestrator.experiments.figures.sample import Sample, samples_of
+from orchestrator.experiments.pages.flight_plot import flights_plot
+from orchestrator.experiments.pages.page import page
+from orchestrator.experiments.pages.plots import write, write_plots
+from orchestrator.experiments.targets.observation_targets import targets
+from orchestrator.experiments.targets.posterior_targets import posterior_targets
+from orchestrator.experiments.targets.target import Target
 from protocol.artifact import whole_file
 from protocol.errors import InvalidInput
 

@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from orchestrator.view import Viewpoint, camera_at
+from orchestrator.pictures.view import Viewpoint, camera_at
 from protocol.camera import Camera, DepthNoise
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput

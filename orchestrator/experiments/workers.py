@@ -9,21 +9,21 @@ from contextlib import contextmanager
 
 from msgspec.structs import replace
 
-from orchestrator.fleet import Fleet
-from orchestrator.joining import Join, JoinedHost, dismiss
-from orchestrator.launch import addresses
-from orchestrator.live_display import Display, FrameCount, Snapshot
+from orchestrator.hosting.joining import Join, JoinedHost, dismiss
 from orchestrator.local_workers import local_workers
-from orchestrator.run_log import log_directory
+from orchestrator.monitoring.live_display import Display, FrameCount, Snapshot
+from orchestrator.run.run_log import log_directory
 from orchestrator.session import Session
 from orchestrator.stop_request import StopRequest
-from orchestrator.supervisor import Supervisor
+from orchestrator.supervision.fleet import Fleet
+from orchestrator.supervision.launch_plan import addresses
+from orchestrator.supervision.supervisor import Supervisor
+from protocol.client.pending import Pending
+from protocol.client.pool import Pool
 from protocol.config import RunConfig
 from protocol.errors import InvalidInput
 from protocol.message import ReplyT, Request
 from protocol.messages import Role
-from protocol.pending import Pending
-from protocol.pool import Pool
 from protocol.security import LOCAL_ONLY, Security
 from protocol.timeouts import Timeouts
 

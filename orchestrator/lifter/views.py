@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from orchestrator.view import Viewpoint, camera_at
+from orchestrator.pictures.view import Viewpoint, camera_at
 from protocol.arrays import Float64Array
 from protocol.camera import Camera, DepthNoise, Intrinsics, Vector3
 from protocol.config import EnvironmentConfig

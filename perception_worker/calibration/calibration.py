@@ -14,7 +14,7 @@ from msgspec import Meta, Struct
 
 from perception_worker.calibration.ensemble import Ensemble, StoredEnsemble
 from perception_worker.calibration.features import FEATURES, joint_features
-from perception_worker.network_setting import NetworkSetting
+from perception_worker.networks.network_setting import NetworkSetting
 from protocol.arrays import Float64Array
 from protocol.camera import Vector3
 from protocol.errors import ArtifactDamaged, InvalidConfig

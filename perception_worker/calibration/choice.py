@@ -6,7 +6,7 @@ import msgspec
 
 from perception_worker.calibration.calibration import Calibration, Setting, read_calibration, shipped
 from perception_worker.lifting import surface_lifting
-from perception_worker.network_setting import network_setting
+from perception_worker.networks.network_setting import network_setting
 from protocol.config import PerceptionConfig
 from protocol.errors import InvalidConfig
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from perception_worker.lifter.lifter import Lifter
 from perception_worker.lifter.stored import decoded, read_stored
-from perception_worker.network_setting import network_setting
+from perception_worker.networks.network_setting import network_setting
 from protocol.config import PerceptionConfig
 from protocol.errors import InvalidConfig
 

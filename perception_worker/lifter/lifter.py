@@ -7,7 +7,7 @@ import numpy as np
 from perception_worker.lifter.network import LifterNetwork
 from perception_worker.lifter.stored import Certainty, Provenance, StoredLifter, unpacked
 from perception_worker.lifter.tokens import MIRRORED, Seen, Tokens, mirrored, points_of, tokens_of
-from perception_worker.network_setting import NetworkSetting
+from perception_worker.networks.network_setting import NetworkSetting
 from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import Camera, world_to_camera
 from protocol.errors import ArtifactDamaged

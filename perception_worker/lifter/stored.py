@@ -12,7 +12,7 @@ from msgspec import Meta, Struct
 
 from perception_worker.lifter.network import Shape, Weights
 from perception_worker.lifter.tokens import TOKEN_SIZE
-from perception_worker.network_setting import NetworkSetting
+from perception_worker.networks.network_setting import NetworkSetting
 from protocol.arrays import Float32Array
 from protocol.errors import ArtifactDamaged
 from protocol.quantities import Factor

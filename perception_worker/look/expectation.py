@@ -7,7 +7,7 @@ import numpy as np
 from perception_worker.lifting import BODY_REACH
 from perception_worker.look.region import around_person
 from perception_worker.median import median
-from perception_worker.network import People
+from perception_worker.networks.network import People
 from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import Camera, project
 from protocol.observation import FilterState

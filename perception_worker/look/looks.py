@@ -13,7 +13,7 @@ from perception_worker.look.expectation import LEAST_JOINTS, Expectation, expect
 from perception_worker.look.pictures import Pictures
 from perception_worker.look.region import around_person, at_inner_edge
 from perception_worker.look.sight import Sight, look_at
-from perception_worker.network import Network
+from perception_worker.networks.network import Network
 from perception_worker.stopwatch import Stopwatch
 from protocol.frame import Frame
 from protocol.observation import FilterState

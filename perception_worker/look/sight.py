@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from perception_worker.look.expectation import Expectation
-from perception_worker.network import Network, NetworkOutput
+from perception_worker.networks.network import Network, NetworkOutput
 from perception_worker.stopwatch import Stopwatch
 from protocol.arrays import Float64Array
 from protocol.frame import Frame

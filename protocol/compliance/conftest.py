@@ -11,8 +11,8 @@ from protocol.compliance.wire import Connect, Wire, connected
 from protocol.compliance.work import ROLES, SCENE, PerceptionWork, RenderWork, Work
 from protocol.errors import CallFailed, ProtocolError
 from protocol.messages import Hello, Role, Sampled, SampleScene, State, Welcome
-from protocol.sockets import Context
 from protocol.timeouts import DEFAULT_TIMEOUTS
+from protocol.transport.sockets import Context
 
 _HERE = Path(__file__).parent
 _LAST = ("test_afterwards.py", "test_drain.py")

@@ -5,8 +5,8 @@ import math
 
 import pytest
 
-from protocol.address import check_address
 from protocol.errors import AddressUnavailable
+from protocol.transport.address import check_address
 
 PATIENCE = 10.0
 """Seconds. Long, since a busy machine is no fault of the worker's; only a worker that fails makes the suite wait."""

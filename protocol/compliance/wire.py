@@ -19,7 +19,7 @@ from protocol.header import ReplyHeader, RequestHeader
 from protocol.limits import DEFAULT_LIMITS
 from protocol.message import Request
 from protocol.messages import PROTOCOL_VERSION, Failure, Ping, Pong
-from protocol.sockets import Context, Socket
+from protocol.transport.sockets import Context, Socket
 
 INCARNATION = "compliance"
 DEADLINE = 120.0

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 from protocol.messages import Role
 from protocol.security.credentials import Credentials
-from protocol.security.door import Door
-from protocol.security.gatekeeper import guarded
+from protocol.security.handshake_monitor import Door
 from protocol.security.permissions import objection
 from protocol.security.refusals import Refusals
+from protocol.security.zap_authenticator import guarded
 
 if TYPE_CHECKING:
-    from protocol.sockets import Context, Socket
+    from protocol.transport.sockets import Context, Socket
 
 
 class Guard:

@@ -4,11 +4,11 @@ import ipaddress
 import re
 from typing import NamedTuple
 
-from protocol.address import check_address, ipc_path
 from protocol.errors import AddressUnavailable, NotPermitted
 from protocol.messages import Role
 from protocol.security.credentials import Credentials
 from protocol.security.key_pair import KeyPair
+from protocol.transport.address import check_address, ipc_path
 
 _HOST = re.compile(r"tcp://(?:\[(?P<six>[^\]]+)\]|(?P<host>[^:]+)):")
 

@@ -8,11 +8,11 @@ from prometheus_client.process_collector import ProcessCollector
 from prometheus_client.registry import Collector
 
 from protocol import errors
-from protocol.diagnosis import Standing
+from protocol.client.diagnosis import Standing
+from protocol.client.pool import Pool
 from protocol.failure import DRAINING, OVERLOADED, code_of
 from protocol.messages import Pong, Role
 from protocol.observer import Finished
-from protocol.pool import Pool
 
 BUCKETS = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0)
 """Seconds: from a cached answer to a call's usual deadline."""

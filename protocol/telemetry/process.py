@@ -6,9 +6,9 @@ from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from protocol.client.pool import Pool
 from protocol.errors import Unavailable
 from protocol.messages import Role
-from protocol.pool import Pool
 from protocol.telemetry.endpoint import Endpoint
 from protocol.telemetry.subject import Subject
 

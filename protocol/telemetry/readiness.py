@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from msgspec import Struct
 
-from protocol.diagnosis import Standing
+from protocol.client.diagnosis import Standing
 from protocol.messages import Role, State
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Protocol
 
-from protocol.diagnosis import Standing
+from protocol.client.diagnosis import Standing
 from protocol.messages import Role
 from protocol.observer import Turning
 from protocol.telemetry.info import Info
@@ -27,7 +27,7 @@ class Subject(Protocol):
 
 
 class Calls(Turning, Protocol):
-    """A client of workers of one role, as `protocol.pool.Pool` is one."""
+    """A client of workers of one role, as `protocol.client.pool.Pool` is one."""
 
     @property
     def addresses(self) -> tuple[str, ...]:

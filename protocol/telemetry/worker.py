@@ -3,9 +3,9 @@
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
 
+from protocol.client.pool import Pool
 from protocol.messages import Pong, Role, State
 from protocol.observer import NOBODY, Finished, Observed, Observer, Turning
-from protocol.pool import Pool
 from protocol.telemetry.endpoint import Endpoint
 from protocol.telemetry.info import About, Info, info
 from protocol.telemetry.process import needs_libraries, process_telemetry

@@ -18,7 +18,7 @@ from protocol.errors import Unavailable
 from protocol.skeleton import Joint
 from protocol.system.home import home_directory
 from protocol.system.process_start import process_start
-from render_worker.skinning import blend, bone_transforms, move_points
+from render_worker.people.skinning import blend, bone_transforms, move_points
 
 BODY_FROM_ANNY = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 """anny has the person's front at -y and their left at x; both have z up."""

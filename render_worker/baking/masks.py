@@ -13,7 +13,7 @@ from protocol.errors import ArtifactDamaged
 from protocol.skeleton import Joint
 from render_worker.arrays import RealArray
 from render_worker.assets import Part
-from render_worker.hairline import hair_depth
+from render_worker.people.hairline import hair_depth
 
 SIZE = 512
 """Of a mask, and of the skin's texture that it is for."""

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, NamedTuple
 from protocol.arrays import Float64Array
 from protocol.camera import Camera, Intrinsics, world_to_camera
 from protocol.region import Region
-from render_worker.light import Light
 from render_worker.opengl.picture import clip_projection, rectangle, uniform
 from render_worker.opengl.shadowed import shadowed_region
 from render_worker.opengl.staging import Backdrop, Ground, Programs, Staged, Uploaded
+from render_worker.surroundings.light import Light
 
 if TYPE_CHECKING:
     from moderngl import Context, Framebuffer

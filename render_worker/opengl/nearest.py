@@ -9,7 +9,7 @@ from protocol.camera import Camera, world_to_camera
 from protocol.region import Region
 from render_worker.opengl.outline import Outline
 from render_worker.opengl.picture import NEAREST, clip_projection
-from render_worker.surroundings import HALL_HALF_WIDTH, HALL_HEIGHT
+from render_worker.surroundings.surroundings import HALL_HALF_WIDTH, HALL_HEIGHT
 
 _ROUNDING = 0.999
 """Share of its true distance that a depth buffer keeps at least."""

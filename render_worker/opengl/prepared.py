@@ -9,11 +9,11 @@ from protocol.arrays import Float32Array, Float64Array
 from protocol.scene import Scene
 from render_worker.arrays import IndexArray
 from render_worker.assets import Assets
-from render_worker.light import Light, light_of
 from render_worker.opengl.shadowed import shadowed_ground
-from render_worker.person import Person, dress
-from render_worker.placing import place_joints, place_person
-from render_worker.surroundings import ground_bands, ground_patch, is_hall
+from render_worker.people.person import Person, dress
+from render_worker.people.placing import place_joints, place_person
+from render_worker.surroundings.light import Light, light_of
+from render_worker.surroundings.surroundings import ground_bands, ground_patch, is_hall
 
 
 class PreparedScene(NamedTuple):

@@ -29,7 +29,7 @@ from render_worker.opengl.prepared import prepare
 from render_worker.opengl.scene_cache import SceneCache
 from render_worker.opengl.staging import Programs, Staged, Staging
 from render_worker.stereo_noise import measure_part, noise_seed, seen_around
-from render_worker.surroundings import is_hall, require_names
+from render_worker.surroundings.surroundings import is_hall, require_names
 from render_worker.visibility import visible_joints, with_joints
 
 if TYPE_CHECKING:

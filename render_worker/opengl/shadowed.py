@@ -9,8 +9,8 @@ from protocol.arrays import Float32Array, Float64Array
 from protocol.camera import Intrinsics
 from protocol.region import Region
 from render_worker.arrays import box_of
-from render_worker.light import Light
 from render_worker.opengl.picture import NEAREST
+from render_worker.surroundings.light import Light
 
 REACH = 0.006
 """Of the shadow map's width: how far from a place a shader looks for its shadow (0.002, and a texel), and some more."""

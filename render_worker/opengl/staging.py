@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from protocol.arrays import AnyArray, Float32Array, Float64Array, UInt8Array
 from render_worker.arrays import IndexArray
 from render_worker.assets import Assets
-from render_worker.light import Light
 from render_worker.opengl.outline import Outline
 from render_worker.opengl.picture import uniform
 from render_worker.opengl.prepared import PreparedScene
 from render_worker.opengl.texture_arrays import TextureArrays
-from render_worker.person import Person
-from render_worker.surroundings import make_ground, make_shells
+from render_worker.people.person import Person
+from render_worker.surroundings.light import Light
+from render_worker.surroundings.surroundings import make_ground, make_shells
 
 if TYPE_CHECKING:
     from moderngl import Buffer, Context, Texture, TextureArray, VertexArray

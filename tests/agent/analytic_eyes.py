@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 
 from protocol.camera import Camera
+from protocol.client.pending import Pending, Timing
 from protocol.observation import BASE_PROCESS_NOISE, FilterState, Observation
-from protocol.pending import Pending, Timing
 from protocol.scene import Arm, BodyPose, Scene, Split, Sun
 from protocol.skeleton import Joint
 

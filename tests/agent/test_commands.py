@@ -3,9 +3,9 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from agent.checkpointing.journal import Journal
 from agent.commands import EvaluationStopped, EvaluationWatch, evaluate_run, train_run
 from agent.connections import Workers
-from agent.journal import Journal
 from agent.logbook import Clocks
 from protocol.artifact import sha256
 from protocol.errors import ArtifactDamaged, ArtifactMissing, DeadlineExceeded, InvalidConfig, InvalidInput

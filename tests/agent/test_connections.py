@@ -6,10 +6,10 @@ import pytest
 
 from agent.connections import Connections, Workers
 from protocol.config import RunConfig, TimeoutsConfig
-from protocol.enrolment import Enrolment
 from protocol.errors import DeadlineExceeded
 from protocol.messages import Lookup, Register, Registered, Role, State, WorkerRecord
 from protocol.messages import Workers as Table
+from protocol.server.worker_registration import Enrolment
 from tests.agent.serving import analytic_workers
 from tests.serving import serving
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from agent.environment.flight import take_off
 from agent.evaluation import evaluate, fly, score
-from agent.flight import take_off
-from agent.policies import baseline
+from agent.learning.policies import baseline
 from protocol.config import EnvironmentConfig, EvaluationConfig, RunConfig
 from tests.agent.analytic_eyes import AnalyticEyes
 

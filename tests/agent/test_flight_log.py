@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from agent.environment.vector_hover import VectorHover
 from agent.flight_log import RECENT, SCRIPTED, FlightLog
-from agent.vector_hover import VectorHover
 from protocol.config import EnvironmentConfig
 from tests.agent.analytic_eyes import AnalyticEyes
 

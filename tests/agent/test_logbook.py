@@ -3,8 +3,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from agent.environment.stages import StageTimes
 from agent.logbook import PROGRESS_EVERY, Clocks, Logbook
-from agent.stages import StageTimes
 from protocol.config import RunConfig, TrainingConfig
 from protocol.records import Episode, Progress
 

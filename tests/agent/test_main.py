@@ -10,8 +10,8 @@ import pytest
 
 from agent.__main__ import main
 from agent.connections import Workers
-from protocol.exit_code import ExitCode
 from protocol.failpoint import VARIABLE, Failpoints
+from protocol.system.exit_code import ExitCode
 from tests.agent.serving import agent_command, analytic_workers, environment
 from tests.agent.test_commands import CONFIG
 

@@ -11,9 +11,9 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import agent  # noqa: F401 (registers the environment)
+from agent.checkpointing.weights import load_weights
 from agent.connections import Workers
-from agent.eyes import RemoteEyes
-from agent.weights import load_weights
+from agent.environment.sensor import RemoteEyes
 from protocol import Pool, Timeouts
 from protocol.messages import Role
 from protocol.records import Evaluation, Summary

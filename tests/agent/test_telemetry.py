@@ -19,8 +19,8 @@ from protocol.telemetry.info import About
 from tests.agent.analytic_eyes import AnalyticEyes, observe
 from tests.agent.serving import analytic_workers
 from tests.agent.test_commands import CONFIG
+from tests.protocol.processes.waiting import wait_until
 from tests.protocol.telemetry.monitors import free_endpoint, monitoring
-from tests.protocol.waiting import wait_until
 from tests.serving import serving
 
 PATIENT = RunConfig(timeouts=TimeoutsConfig(startup=30.0, heartbeat=0.05))

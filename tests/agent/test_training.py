@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from agent.episode_seeds import episode_seed
-from agent.learner import Learner, make_learner
+from agent.checkpointing.weights import load_weights
+from agent.environment.episode_seeds import episode_seed
+from agent.environment.vector_hover import VectorHover
+from agent.learning.algorithms import make_learner
+from agent.learning.learner import Learner
 from agent.training import transition_of
-from agent.vector_hover import VectorHover
-from agent.weights import load_weights
 from protocol.config import EnvironmentConfig, RunConfig, TrainingConfig
 from protocol.records import Episode, Progress, Summary
 from tests.agent.analytic_eyes import TIMING, AnalyticEyes

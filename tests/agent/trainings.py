@@ -4,12 +4,13 @@ import itertools
 from collections.abc import Callable
 from pathlib import Path
 
-from agent.learner import Learner, make_learner
+from agent.checkpointing.resume import open_training
+from agent.environment.vector_hover import VectorHover
+from agent.learning.algorithms import make_learner
+from agent.learning.learner import Learner
 from agent.logbook import Clocks
-from agent.resume import open_training
-from agent.vector_hover import VectorHover
+from protocol.client.dispatcher import Statistics
 from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, RunConfig, SacConfig, TrainingConfig
-from protocol.dispatcher import Statistics
 from protocol.failpoint import Failpoint, no_failpoint
 from protocol.records import Summary
 from tests.agent.analytic_eyes import AnalyticEyes

@@ -16,7 +16,7 @@ from benchmarks.loop import (
     stages_in_the_loop,
 )
 from benchmarks.stages_alone import StagesAlone
-from orchestrator.report import TrainingReport
+from orchestrator.monitoring.report import TrainingReport
 
 ALONE = StagesAlone(dict.fromkeys(STAGES, 0.01), updates_per_step=1.0)
 REPORT = TrainingReport(

@@ -32,8 +32,8 @@ from protocol.messages import (
 from protocol.observation import FilterState
 from protocol.security import Security, load_credentials
 from protocol.security.allow_list import read_allow_list
-from tests.protocol.bare_client import bare_client
-from tests.protocol.samples import CAMERA, SCENE
+from tests.protocol.processes.bare_client import bare_client
+from tests.protocol.values.samples import CAMERA, SCENE
 
 PATIENCE = 0.7
 HASTY = Timeouts(call=PATIENCE, startup=PATIENCE, heartbeat=0.1)

@@ -8,10 +8,10 @@ import numpy as np
 from agent.connections import Connections, Workers
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import RunConfig
-from protocol.enrolment import Enrolment
 from protocol.messages import Observe, SampleScene
 from protocol.observation import FilterState
 from protocol.security import Security, load_credentials
+from protocol.server.worker_registration import Enrolment
 
 workers = Workers(enrolment=Enrolment(sys.argv[2], "agent"), security=Security(load_credentials(Path(sys.argv[1]))))
 with Connections(RunConfig(), workers, lambda: None) as connections:

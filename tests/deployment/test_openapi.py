@@ -10,8 +10,8 @@ import pytest
 
 from protocol.telemetry.endpoint import Endpoint
 from tests.perception_worker.workers import running
+from tests.protocol.processes.waiting import wait_until
 from tests.protocol.telemetry.monitors import free_endpoint, monitoring
-from tests.protocol.waiting import wait_until
 
 SCHEMATHESIS = Path(sys.executable).with_name("schemathesis")
 # Not being ready is an answer, and no server's error: the document has its 503.

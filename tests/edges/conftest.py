@@ -9,8 +9,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from orchestrator.run_directory import RunDirectory
-from orchestrator.versions import collect_versions
+from orchestrator.run.run_directory import RunDirectory
+from orchestrator.run.versions import collect_versions
 from protocol.config import RunConfig
 from protocol.records import Evaluation, Interval, PolicyScore, Progress, Summary
 from tests.orchestrator.conftest import orchestrator, wait_until

@@ -14,9 +14,9 @@ from pathlib import Path
 import psutil
 import pytest
 
-from orchestrator.heartbeat import is_alive
-from orchestrator.process_handle import Foundling, creation_time
-from orchestrator.run_directory import ProcessRecord, RunDirectory
+from orchestrator.run.run_directory import ProcessRecord, RunDirectory
+from orchestrator.supervision.heartbeat import is_alive
+from orchestrator.supervision.process_handle import Foundling, creation_time
 from protocol.messages import Role
 from protocol.system.process_start import own_start
 from tests.orchestrator.conftest import Command, processes_in

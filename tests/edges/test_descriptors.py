@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from orchestrator.run_directory import RunDirectory
+from orchestrator.run.run_directory import RunDirectory
 from protocol.errors import Unavailable
 from protocol.messages import Role, Sampled, SampleScene
 from protocol.system.descriptors import require_descriptors

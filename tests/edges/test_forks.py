@@ -11,8 +11,8 @@ import gymnasium
 import numpy as np
 import pytest
 
-from agent.eyes import RemoteEyes
-from agent.hover import Hover
+from agent.environment.hover import Hover
+from agent.environment.sensor import RemoteEyes
 from protocol import Client, Pool
 from protocol.errors import ClientClosed, DeadlineExceeded, NotPermitted, VantageError
 from protocol.messages import Observe, Role, Sampled, SampleScene

@@ -14,10 +14,10 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.wrappers.vector import RecordEpisodeStatistics
 
 import agent  # noqa: F401 (registers the environment)
-from agent.episode_seeds import episode_seed
-from agent.hover import Hover
-from agent.vector_hover import VectorHover
-from perception_worker import models
+from agent.environment.episode_seeds import episode_seed
+from agent.environment.hover import Hover
+from agent.environment.vector_hover import VectorHover
+from perception_worker.networks import models
 from perception_worker.worker import open_perceiver
 from protocol.config import EnvironmentConfig, PerceptionConfig
 from protocol.errors import InvalidConfig, InvalidInput

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from onnx import NodeProto, TensorProto, ValueInfoProto, helper, numpy_helper
 
-from perception_worker.backend import open_network
+from perception_worker.networks.backend import open_network
 from protocol.config import PerceptionConfig
 from protocol.errors import InvalidConfig
 

@@ -11,18 +11,18 @@ import pytest
 import tomli_w
 from msgspec.structs import replace
 
+from agent.checkpointing.resume_fingerprint import essentials, require_same
 from agent.errors import OtherConfig
-from agent.essentials import essentials, require_same
 from orchestrator.experiments.directory import ExperimentDirectory
 from orchestrator.experiments.views import ViewSet
-from orchestrator.run_directory import RunDirectory, resolved_toml
-from orchestrator.versions import collect_versions
+from orchestrator.run.run_directory import RunDirectory, resolved_toml
+from orchestrator.run.versions import collect_versions
 from perception_worker.worker import main as serve_perception
 from protocol.config import RunConfig
 from protocol.config_file import for_a_run, load_config, load_resolved_config, with_checksums
 from protocol.errors import InvalidConfig, OtherArtifact
-from protocol.exit_code import ExitCode
 from protocol.named_files import path_settings
+from protocol.system.exit_code import ExitCode
 from render_worker.worker import main as serve_rendering
 
 SETTINGS = [setting.name for setting in path_settings(RunConfig())]

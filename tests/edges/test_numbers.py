@@ -13,7 +13,7 @@ import pytest
 import zmq
 from typer.testing import CliRunner
 
-from orchestrator.cli import app
+from orchestrator.cli.app import app
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.compliance.numbers import numbers_of, with_number
 from protocol.compliance.wire import Wire, connected, parts_of
@@ -22,8 +22,8 @@ from protocol.message import Request
 from protocol.messages import Failure, Perceive, Render
 from protocol.observation import FilterState, Observation
 from render_worker.worker import draw
-from tests.protocol.samples import SCENE
-from tests.protocol.serving import serving
+from tests.protocol.processes.serving import serving
+from tests.protocol.values.samples import SCENE
 
 CAMERA = Camera(CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0)), Intrinsics.from_horizontal_fov(32, 24, 70.0))
 RENDER = Render(scene=SCENE, camera=CAMERA)

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent.journal import write_record
-from agent.weights import save_weights
-from orchestrator.run_directory import RunDirectory
-from orchestrator.versions import collect_versions
+from agent.checkpointing.journal import write_record
+from agent.checkpointing.weights import save_weights
+from orchestrator.run.run_directory import RunDirectory
+from orchestrator.run.versions import collect_versions
 from protocol.artifact import whole_directory, whole_file
 from protocol.config import RunConfig
 from protocol.failpoint import Failpoints

@@ -14,14 +14,14 @@ import pytest
 from typer.testing import CliRunner
 
 from orchestrator import training
-from orchestrator.cli import app
+from orchestrator.cli.app import app
 from orchestrator.doctor import done as checked
 from orchestrator.doctor.machine import check_cache, check_files
 from orchestrator.errors import Interrupted, RunError
-from orchestrator.run_directory import Plan
-from orchestrator.run_log import log_directory, run_log
-from orchestrator.status import run_status
-from perception_worker.models import OPENPOSE_MOBILENET_THIN_5
+from orchestrator.monitoring.status import run_status
+from orchestrator.run.run_directory import Plan
+from orchestrator.run.run_log import log_directory, run_log
+from perception_worker.networks.models import OPENPOSE_MOBILENET_THIN_5
 from protocol.artifact import cache_directory, require_place
 from protocol.system.home import home_at_hand, home_directory
 
@@ -114,7 +114,7 @@ class TestReadOnlyMount:
     def test_the_cache_may_be_read_only(self, command, tmp_path, read_only):
         cache = tmp_path / "cache"
         cache.mkdir()
-        program = "from orchestrator.run_log import log_directory; print(log_directory())"
+        program = "from orchestrator.run.run_log import log_directory; print(log_directory())"
         done = subprocess.run(
             [*read_only(cache), sys.executable, "-c", program],
             env={**os.environ, "VANTAGE_CACHE": str(cache), "TMPDIR": str(tmp_path)},

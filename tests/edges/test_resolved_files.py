@@ -13,8 +13,8 @@ from orchestrator.experiments.directory import ExperimentDirectory
 from orchestrator.experiments.views import ViewSet
 from orchestrator.lifter.directory import FitDirectory
 from orchestrator.lifter.views import FitViews
-from orchestrator.run_directory import RunDirectory
-from orchestrator.versions import collect_versions
+from orchestrator.run.run_directory import RunDirectory
+from orchestrator.run.versions import collect_versions
 from protocol.config import PerceptionConfig, RunConfig
 from protocol.config_file import load_config, load_resolved_config, load_run_config
 from protocol.errors import DamagedRecord, InvalidConfig, InvalidInput

@@ -17,8 +17,8 @@ from orchestrator.terminal.console import can_be_redrawn
 ROOMY = ConsoleDimensions(100, 40)
 WORK = """
 import sys, time
-from orchestrator.live_display import Snapshot
-from orchestrator.options import at_work
+from orchestrator.monitoring.live_display import Snapshot
+from orchestrator.cli.options import at_work
 from protocol.system.streams import prepared_streams
 with prepared_streams(), at_work() as (display, stop):
     for step in range(int(sys.argv[1])):

@@ -11,21 +11,21 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from orchestrator.cli import app
-from orchestrator.json_lines import all_records, append_record, last_record
-from orchestrator.log_line import parse_log_line
-from orchestrator.log_warnings import LogWarnings
-from orchestrator.restart import Restart
-from orchestrator.run_directory import RunDirectory
-from orchestrator.socket_directory import run_sockets
-from orchestrator.status import run_status
-from orchestrator.versions import collect_versions
+from orchestrator.cli.app import app
+from orchestrator.monitoring.status import run_status
+from orchestrator.run.json_lines import all_records, append_record, last_record
+from orchestrator.run.restart import Restart
+from orchestrator.run.run_directory import RunDirectory
+from orchestrator.run.socket_directory import run_sockets
+from orchestrator.run.versions import collect_versions
+from orchestrator.supervision.log_line import parse_log_line
+from orchestrator.supervision.log_warnings import LogWarnings
 from protocol.config import RunConfig
 from protocol.config_file import load_config
 from protocol.errors import InvalidConfig, NotPermitted, Unavailable
 from protocol.failure import failure_of
-from protocol.logs import JsonLines, json_lines_to
 from protocol.security.allow_list import read_allow_list
+from protocol.system.logs import JsonLines, json_lines_to
 
 TEXT = "# Größe\n[training]\nsteps = 20\n"
 OTHER_ENCODINGS = {name: TEXT.encode(name) for name in ("utf-16", "utf-16-le", "utf-16-be", "utf-32", "latin-1")}

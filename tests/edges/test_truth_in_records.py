@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from orchestrator.run_directory import RunDirectory
+from orchestrator.run.run_directory import RunDirectory
 from tests.orchestrator.conftest import Command
 
 CONFIG = """

@@ -10,12 +10,12 @@ import time
 
 import pytest
 
-from orchestrator.run_directory import RunDirectory
-from orchestrator.socket_directory import run_sockets, socket_directory, sockets_of
+from orchestrator.run.run_directory import RunDirectory
+from orchestrator.run.socket_directory import run_sockets, socket_directory, sockets_of
 from protocol import Client
 from protocol.errors import DeadlineExceeded
 from protocol.messages import Role
-from protocol.socket_file import LOOK_EVERY
+from protocol.server.socket_file import LOOK_EVERY
 from protocol.timeouts import Timeouts
 from tests.orchestrator.conftest import Command, processes_in
 from tests.serving import serving

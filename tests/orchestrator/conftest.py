@@ -9,9 +9,9 @@ from pathlib import Path
 import psutil
 import pytest
 
-from orchestrator.launch import Launch
-from orchestrator.run_directory import RunDirectory
-from orchestrator.versions import Versions
+from orchestrator.run.run_directory import RunDirectory
+from orchestrator.run.versions import Versions
+from orchestrator.supervision.launch_plan import Launch
 from protocol.config import RunConfig
 from protocol.messages import Role
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from orchestrator.chaos.comparison import compare
-from orchestrator.run_directory import RunDirectory
+from orchestrator.run.run_directory import RunDirectory
 from tests.orchestrator.conftest import Command
 from tests.protocol.security.deployment import free_port
 from tests.protocol.telemetry.monitors import free_endpoint, monitoring

@@ -5,7 +5,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from orchestrator.cli import app
+from orchestrator.cli.app import app
 from protocol.errors import NotPermitted
 from protocol.messages import Role
 from protocol.security import load_credentials

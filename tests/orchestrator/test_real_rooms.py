@@ -7,7 +7,7 @@ import signal
 import cv2
 import pytest
 
-from orchestrator.run_directory import RunDirectory
+from orchestrator.run.run_directory import RunDirectory
 
 pytestmark = pytest.mark.slow
 

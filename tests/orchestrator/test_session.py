@@ -1,12 +1,12 @@
 import pytest
 
 from orchestrator.errors import HostLost, Interrupted, ProcessFailed
-from orchestrator.fleet import Fleet
-from orchestrator.heartbeat import Health
-from orchestrator.live_display import Snapshot
+from orchestrator.monitoring.live_display import Snapshot
 from orchestrator.session import Session
 from orchestrator.stop_request import StopRequest
-from orchestrator.supervisor import Supervisor
+from orchestrator.supervision.fleet import Fleet
+from orchestrator.supervision.heartbeat import Health
+from orchestrator.supervision.supervisor import Supervisor
 from protocol.config import SupervisionConfig
 from protocol.errors import DeadlineExceeded
 from protocol.messages import Role, WorkerRecord

@@ -7,7 +7,7 @@ import signal
 import psutil
 import pytest
 
-from orchestrator.run_directory import RunDirectory
+from orchestrator.run.run_directory import RunDirectory
 
 STEPS = 150
 CONFIG = """

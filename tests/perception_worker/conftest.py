@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 
-from perception_worker.models import KNOWN
-from perception_worker.onnx_export import export
-from perception_worker.tensorflow_graph import read_graph
+from perception_worker.networks.models import KNOWN
+from perception_worker.networks.onnx_export import export
+from perception_worker.networks.tensorflow_graph import read_graph
 from protocol.artifact import sha256
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.frame import Frame

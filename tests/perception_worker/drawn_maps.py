@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from perception_worker.decoding import LIMB_FIELDS, decode
-from perception_worker.network import NetworkOutput
+from perception_worker.networks.decoding import LIMB_FIELDS, decode
+from perception_worker.networks.network import NetworkOutput
 
 STANDING = np.array(
     [

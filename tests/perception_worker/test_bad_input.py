@@ -3,19 +3,19 @@
 import numpy as np
 import pytest
 
-from perception_worker.backend import open_network
-from perception_worker.layout import FoundLayout
 from perception_worker.look import TrackingLook, WholeLook
-from perception_worker.network import NetworkOutput
-from perception_worker.openpose_network import OpenPoseNetwork
+from perception_worker.networks.backend import open_network
+from perception_worker.networks.layout import FoundLayout
+from perception_worker.networks.network import NetworkOutput
+from perception_worker.networks.openpose_network import OpenPoseNetwork
 from perception_worker.perceive import Perceiver
 from protocol import Client
 from protocol.config import PerceptionConfig
 from protocol.errors import InvalidOutput, Rejected
-from protocol.exit_code import ExitCode
 from protocol.messages import Perceive, Render, Role
 from protocol.observation import FilterState
 from protocol.skeleton import Joint, weighted_uncertainty
+from protocol.system.exit_code import ExitCode
 from tests.perception_worker.drawn_maps import DrawnNetwork, draw, person
 from tests.perception_worker.workers import PATIENCE, running
 from tests.serving import serving

@@ -17,12 +17,12 @@ from protocol.errors import CallFailed, MalformedMessage, Rejected
 from protocol.frame import ENCODINGS
 from protocol.messages import Observe, Perceive, Render, Role
 from protocol.observation import FilterState
-from protocol.packing import pack
+from protocol.packing.packing import pack
 from protocol.region import Region
 from tests.perception_worker.drawn_maps import DrawnNetwork, person
 from tests.perception_worker.workers import PATIENCE, SCENE
-from tests.protocol.pictures import smooth_frame
-from tests.protocol.sameness import same
+from tests.protocol.values.pictures import smooth_frame
+from tests.protocol.values.sameness import same
 from tests.serving import serving
 
 PICTURE = smooth_frame(480, 640)

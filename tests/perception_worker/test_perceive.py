@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from perception_worker.backend import open_network
 from perception_worker.look import WholeLook
+from perception_worker.networks.backend import open_network
 from perception_worker.perceive import Perceiver
 from protocol.config import PerceptionConfig
 from protocol.observation import FilterState

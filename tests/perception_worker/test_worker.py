@@ -14,18 +14,18 @@ from perception_worker.worker import PerceptionHandlers, main, render_deadline
 from protocol import Client, Pool, Timeouts
 from protocol.config import PerceptionConfig
 from protocol.errors import DeadlineExceeded, InvalidInput, Rejected
-from protocol.exit_code import ExitCode
 from protocol.frame import Frame
 from protocol.messages import Observe, Perceive, Render, Role, State
 from protocol.observation import FilterState
-from protocol.packing import pack
+from protocol.packing.packing import pack
 from protocol.skeleton import Joint
+from protocol.system.exit_code import ExitCode
 from tests.perception_worker.calibration.trees import SETTING, stored
 from tests.perception_worker.drawn_maps import DrawnNetwork, person
 from tests.perception_worker.workers import CAMERA, PATIENCE, SCENE, running
-from tests.protocol.registry import Registry, record
+from tests.protocol.processes.registry import Registry, record
+from tests.protocol.processes.waiting import wait_until
 from tests.protocol.telemetry.monitors import free_endpoint, monitoring
-from tests.protocol.waiting import wait_until
 from tests.serving import serving
 
 OBSERVE = Observe(scene=SCENE, camera=CAMERA, filter=FilterState.initial())

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from perception_worker.onnx_export import export, export_part
-from perception_worker.published_network import TfjsNetwork, WheelNetwork
-from perception_worker.tensorflow_graph import graph_message_type, read_graph
-from perception_worker.tfjs_graph import read_tfjs
+from perception_worker.networks.onnx_export import export, export_part
+from perception_worker.networks.published_network import TfjsNetwork, WheelNetwork
+from perception_worker.networks.tensorflow_graph import graph_message_type, read_graph
+from perception_worker.networks.tfjs_graph import read_tfjs
 
 GRAPH_PATH = "tiny_pose_data/graph.pb"
 WHEEL = "tiny_pose-1.0-cp37-cp37m-macosx_10_15_x86_64.whl"

@@ -12,9 +12,9 @@ from protocol.frame import Frame
 from protocol.header import ReplyHeader, RequestHeader
 from protocol.limits import Limits
 from protocol.messages import MESSAGE_NUMBERS, Failure, Hello, Ping, Render, Role, Welcome
-from tests.protocol.sameness import same
-from tests.protocol.samples import CAMERA, SCENE, picture, samples
-from tests.protocol.strategies import MESSAGES, messages, spoilt
+from tests.protocol.values.sameness import same
+from tests.protocol.values.samples import CAMERA, SCENE, picture, samples
+from tests.protocol.values.strategies import MESSAGES, messages, spoilt
 
 LIMITS = Limits()
 HEADER = RequestHeader(7, "0123456789abcdef", 2.5)

@@ -11,7 +11,7 @@ from protocol.header import ReplyHeader, RequestHeader
 from protocol.limits import Limits
 from protocol.message import Request
 from protocol.messages import MESSAGE_NUMBERS
-from tests.protocol.samples import samples
+from tests.protocol.values.samples import samples
 from tests.protocol.write_golden import GOLDEN, REPLY_HEADER, REQUEST_HEADER, golden_files, is_golden, parts_of
 
 LIMITS = Limits()

@@ -10,7 +10,7 @@ from protocol.header import RequestHeader
 from protocol.limits import Limits
 from protocol.messages import Observe, Perceive
 from protocol.observation import FilterState
-from tests.protocol.samples import CAMERA, SCENE, picture
+from tests.protocol.values.samples import CAMERA, SCENE, picture
 
 
 def test_a_new_filter_knows_nothing_and_expects_everybody_at_its_mean():

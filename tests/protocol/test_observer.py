@@ -8,11 +8,11 @@ from protocol import Limits, serve
 from protocol.errors import InvalidInput, Rejected
 from protocol.messages import Drain, Failure, Render, Role, Sampled, SampleScene
 from protocol.observer import Finished, Observed
-from tests.protocol.bare_client import bare_client
-from tests.protocol.calls import ask, client_of
-from tests.protocol.samples import CAMERA, SCENE, picture
-from tests.protocol.serving import serving
-from tests.protocol.waiting import wait_until
+from tests.protocol.processes.bare_client import bare_client
+from tests.protocol.processes.calls import ask, client_of
+from tests.protocol.processes.serving import serving
+from tests.protocol.processes.waiting import wait_until
+from tests.protocol.values.samples import CAMERA, SCENE, picture
 from tests.protocol.workers.scenes import scene_for
 
 

@@ -11,12 +11,12 @@ from protocol import Limits
 from protocol.array_part import ELEMENT_TYPES
 from protocol.catalogue import reply_type
 from protocol.errors import Rejected
-from protocol.exit_code import ExitCode
 from protocol.message import Request
 from protocol.messages import MESSAGE_NUMBERS, Render, Role, WorkerRecord
+from protocol.system.exit_code import ExitCode
 from protocol.timeouts import DEFAULT_TIMEOUTS
-from tests.protocol.calls import ask, client_of
-from tests.protocol.samples import CAMERA, SCENE
+from tests.protocol.processes.calls import ask, client_of
+from tests.protocol.values.samples import CAMERA, SCENE
 
 PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text()
 

@@ -19,7 +19,7 @@ from protocol.header import ReplyHeader, RequestHeader
 from protocol.limits import Limits
 from protocol.message import Value
 from protocol.messages import MESSAGE_NUMBERS, Render
-from tests.protocol.samples import CAMERA, SCENE, samples
+from tests.protocol.values.samples import CAMERA, SCENE, samples
 
 STRUCTS = (*MESSAGE_NUMBERS, RequestHeader, ReplyHeader, RunConfig)
 HEADER = RequestHeader(request=1, incarnation="a", deadline=1.0)

@@ -13,10 +13,10 @@ from protocol.errors import InvalidInput, MalformedMessage
 from protocol.header import RequestHeader
 from protocol.limits import Limits
 from protocol.messages import Render
-from protocol.packing import pack
+from protocol.packing.packing import pack
 from protocol.region import Region, require_in_picture
-from tests.protocol.samples import CAMERA, SCENE, picture
-from tests.protocol.strategies import regions
+from tests.protocol.values.samples import CAMERA, SCENE, picture
+from tests.protocol.values.strategies import regions
 
 WHOLE = Region.whole(480, 640)
 VGA = Intrinsics.from_horizontal_fov(640, 480, 70.0)

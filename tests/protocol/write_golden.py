@@ -16,7 +16,7 @@ from protocol.header import ReplyHeader, RequestHeader
 from protocol.limits import Limits
 from protocol.message import Request
 from protocol.messages import PROTOCOL_VERSION
-from tests.protocol.samples import samples
+from tests.protocol.values.samples import samples
 
 GOLDEN = Path(__file__).parent / "golden"
 _BODY = 2

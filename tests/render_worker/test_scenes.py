@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from protocol.errors import InvalidInput
 from protocol.scene import Poses
 from render_worker.scenes import FARTHEST_BYSTANDER, FARTHEST_FROM_ORIGIN, NEAREST_BYSTANDER, sample_scene
-from render_worker.surroundings import BACKGROUNDS, GROUNDS, is_hall
+from render_worker.surroundings.surroundings import BACKGROUNDS, GROUNDS, is_hall
 
 seeds = st.integers(-(2**63), 2**63 - 1)
 

@@ -2,7 +2,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from render_worker.outfit import Fabric
+from render_worker.people.outfit import Fabric
 from render_worker.textures import SIZE, eye_texture, fabric_texture, spots_of
 
 CHECKED = Fabric("checks", (226, 224, 218), (44, 46, 50), 3)

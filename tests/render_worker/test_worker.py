@@ -11,20 +11,20 @@ import msgspec
 import numpy as np
 import pytest
 
-from protocol.client import Client
+from protocol.client.client import Client
 from protocol.errors import Rejected
-from protocol.exit_code import ExitCode
 from protocol.failpoint import Failpoints
 from protocol.frame import ENCODINGS
 from protocol.messages import Render, Role, SampleScene, State
-from protocol.packing import unpack
+from protocol.packing.packing import unpack
+from protocol.system.exit_code import ExitCode
 from render_worker.scenes import sample_scene
 from render_worker.worker import answer_sample, draw, main
-from tests.protocol.pictures import smooth_frame
-from tests.protocol.registry import Registry
-from tests.protocol.sameness import same
+from tests.protocol.processes.registry import Registry
+from tests.protocol.processes.waiting import wait_until
 from tests.protocol.telemetry.monitors import free_endpoint, monitoring
-from tests.protocol.waiting import wait_until
+from tests.protocol.values.pictures import smooth_frame
+from tests.protocol.values.sameness import same
 from tests.serving import serving
 
 

@@ -13,7 +13,7 @@ from perception_worker.lifter.fitting.frames import Frames, read_frames
 from perception_worker.lifter.fitting.training import Kept, Training, train
 from perception_worker.lifter.network import LifterNetwork, Shape
 from perception_worker.lifter.stored import Certainty, Provenance, StoredLifter, checksum_of, packed, unpacked_arrays
-from perception_worker.network_setting import NetworkSetting, network_setting
+from perception_worker.networks.network_setting import NetworkSetting, network_setting
 from protocol.artifact import sha256
 from protocol.config import RunConfig, settled
 from protocol.errors import InvalidInput

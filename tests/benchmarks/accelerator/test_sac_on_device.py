@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from agent.learner import make_learner
+from agent.learning.algorithms import make_learner
 from benchmarks.accelerator.sac_on_device import SacOnDevice
 from benchmarks.stages_alone import measured_updates
 from protocol.config import EnvironmentConfig, LearnerConfig, SacConfig

@@ -4,7 +4,7 @@ import pytest
 from onnx import TensorProto, helper, numpy_helper
 
 from benchmarks.accelerator.torch_engine import TorchEngine
-from perception_worker.onnxruntime_engine import OnnxRuntimeEngine
+from perception_worker.networks.onnxruntime_engine import OnnxRuntimeEngine
 from protocol.errors import Unavailable
 
 SIZE = 16, 24

@@ -8,7 +8,7 @@ import psutil
 import pytest
 
 from orchestrator.chaos.rehearsed_run import RehearsedRun
-from orchestrator.run_directory import ProcessRecord, RunDirectory
+from orchestrator.run.run_directory import ProcessRecord, RunDirectory
 from orchestrator.stop_request import StopRequest
 from protocol.config import RunConfig, TimeoutsConfig
 from protocol.failpoint import Failpoints

@@ -7,7 +7,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from orchestrator.chaos.crew import MARK
+from orchestrator.chaos.scenarios.children import MARK
 
 ROOMS = Path(__file__).parent / "rooms"
 SHORT = "[training]\nsteps = 400\nprefill = 0\n[environment]\nnum_envs = 4\n"

@@ -5,9 +5,9 @@ import pytest
 
 from orchestrator.chaos.errors import InvariantBroken
 from orchestrator.chaos.rehearsal import Player, Shown
-from orchestrator.chaos.scenario import Scenario
+from orchestrator.chaos.scenarios.scenario import Scenario
 from orchestrator.chaos.schedule import plan
-from orchestrator.run_directory import RunDirectory
+from orchestrator.run.run_directory import RunDirectory
 from protocol.records import Progress
 from tests.orchestrator.chaos.conftest import DRONES
 

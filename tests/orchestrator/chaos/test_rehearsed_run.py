@@ -4,11 +4,11 @@ import sys
 
 import pytest
 
-from orchestrator.chaos.crew import MARK, marked
 from orchestrator.chaos.errors import NotRecovered, RehearsalFailed
 from orchestrator.chaos.rehearsed_run import RehearsedRun
+from orchestrator.chaos.scenarios.children import MARK, marked
 from orchestrator.errors import Interrupted
-from orchestrator.socket_directory import sockets_of
+from orchestrator.run.socket_directory import sockets_of
 from orchestrator.stop_request import StopRequest
 from protocol.config import TimeoutsConfig
 from protocol.messages import Role

@@ -9,16 +9,16 @@ import sys
 import psutil
 import pytest
 
-from orchestrator.chaos.catalogue import catalogue, chosen
-from orchestrator.chaos.checkpoint_kills import PLACES, KillAtCheckpoint
 from orchestrator.chaos.errors import InvariantBroken, NotRecovered
-from orchestrator.chaos.full_disk import FullDisk, limit_files
-from orchestrator.chaos.kills import KillProcess
-from orchestrator.chaos.late_replies import LateReply
-from orchestrator.chaos.orders import carried_out
-from orchestrator.chaos.quick_restart import RestartWithinAPing
-from orchestrator.chaos.stops import StopProcess
-from orchestrator.heartbeat import is_alive
+from orchestrator.chaos.scenarios.catalogue import catalogue, chosen
+from orchestrator.chaos.scenarios.checkpoint_kills import PLACES, KillAtCheckpoint
+from orchestrator.chaos.scenarios.full_disk import FullDisk, limit_files
+from orchestrator.chaos.scenarios.kills import KillProcess
+from orchestrator.chaos.scenarios.late_replies import LateReply
+from orchestrator.chaos.scenarios.orders import carried_out
+from orchestrator.chaos.scenarios.quick_restart import RestartWithinAPing
+from orchestrator.chaos.scenarios.stops import StopProcess
+from orchestrator.supervision.heartbeat import is_alive
 from protocol.config import TimeoutsConfig
 from protocol.errors import InvalidInput
 from protocol.messages import Role

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from orchestrator.chaos.catalogue import catalogue
+from orchestrator.chaos.scenarios.catalogue import catalogue
 from orchestrator.chaos.schedule import plan, steps_to_a_checkpoint, strike_times
 from protocol.errors import InvalidInput
 

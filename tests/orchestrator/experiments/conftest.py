@@ -4,7 +4,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from orchestrator.experiments.columns import LIFTINGS, SCHEMA, table_of
+from orchestrator.experiments.figures.columns import LIFTINGS, SCHEMA, table_of
 from protocol.arrays import AnyArray
 
 

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from orchestrator.experiments.directory import ExperimentDirectory
 from orchestrator.experiments.views import FAMILIES
-from perception_worker.network_setting import network_setting
+from perception_worker.networks.network_setting import network_setting
 from protocol.config import PerceptionConfig, settled
 from tests.perception_worker.lifter.bodies import stored
 from tests.protocol.security.deployment import free_port

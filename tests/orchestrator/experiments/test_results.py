@@ -6,13 +6,13 @@ import pytest
 from msgspec.structs import replace
 from PIL import Image
 
-from orchestrator.experiments.bootstrap import Figure
 from orchestrator.experiments.directory import ExperimentDirectory
-from orchestrator.experiments.markdown import table, with_interval
-from orchestrator.experiments.page import page
+from orchestrator.experiments.figures.bootstrap import Figure
+from orchestrator.experiments.pages.markdown import table, with_interval
+from orchestrator.experiments.pages.page import page
 from orchestrator.experiments.results import Results, publish, work_out
-from orchestrator.experiments.target import Target
-from orchestrator.experiments.targets import targets
+from orchestrator.experiments.targets.observation_targets import targets
+from orchestrator.experiments.targets.target import Target
 from orchestrator.experiments.views import ViewSet
 from protocol.config import RunConfig
 from protocol.errors import InvalidInput

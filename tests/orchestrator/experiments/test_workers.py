@@ -8,7 +8,7 @@ import pytest
 
 from orchestrator.errors import Interrupted
 from orchestrator.experiments.workers import Rate, Workers, experiment_workers, with_workers
-from orchestrator.live_display import Snapshot
+from orchestrator.monitoring.live_display import Snapshot
 from orchestrator.stop_request import StopRequest
 from protocol.config import RunConfig, TimeoutsConfig
 from protocol.errors import InvalidInput

@@ -15,7 +15,7 @@ from orchestrator.lifter.views import (
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.scene import TRAIN_IDENTITIES, Figure
-from tests.protocol.samples import SCENE
+from tests.protocol.values.samples import SCENE
 
 VIEWS = FitViews(frames=400, seed=3)
 JOINTS = np.linspace(-0.5, 1.5, 54).reshape(18, 3)

@@ -3,7 +3,7 @@
 import logging
 import sys
 
-from protocol.logs import configure
+from protocol.system.logs import configure
 
 configure("render")
 logging.getLogger(__name__).info("about to load the bodies")

@@ -4,8 +4,8 @@ import sys
 import time
 
 from protocol import serve
-from protocol.logs import configure
 from protocol.messages import Role
+from protocol.system.logs import configure
 
 configure("render")
 

@@ -8,7 +8,7 @@ from perception_worker.lifter.lifter import Lifter
 from perception_worker.lifter.network import Shape
 from perception_worker.lifter.stored import Certainty, Provenance, StoredLifter, checksum_of, packed
 from perception_worker.lifter.tokens import MIRRORED
-from perception_worker.network_setting import NetworkSetting
+from perception_worker.networks.network_setting import NetworkSetting
 from protocol.camera import Camera, CameraPose, Intrinsics, project
 
 SHAPE = Shape(width=16, heads=2, layers=2, hidden=24)

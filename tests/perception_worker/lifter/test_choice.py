@@ -3,7 +3,7 @@ import pytest
 from msgspec.structs import replace
 
 from perception_worker.lifter.choice import open_lifter
-from perception_worker.network_setting import network_setting
+from perception_worker.networks.network_setting import network_setting
 from perception_worker.worker import with_lifter_at_hand
 from protocol.config import PerceptionConfig, settled
 from protocol.errors import ArtifactDamaged, InvalidConfig

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from orchestrator.view import Viewpoint, camera_at
+from orchestrator.pictures.view import Viewpoint, camera_at
 from perception_worker.perceive import Perceiver
 from perception_worker.worker import open_perceiver
 from protocol.config import EnvironmentConfig, PerceptionConfig, RenderConfig, settled

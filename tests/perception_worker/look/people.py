@@ -3,7 +3,7 @@
 import numpy as np
 from msgspec.structs import replace
 
-from perception_worker.decoding import decode
+from perception_worker.networks.decoding import decode
 from protocol.camera import Camera, CameraPose, Intrinsics, project
 from protocol.frame import Frame
 from protocol.observation import FilterState

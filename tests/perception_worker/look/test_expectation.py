@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from perception_worker.look.expectation import expected_at, expected_by, supposed_by
-from perception_worker.network import People
+from perception_worker.networks.network import People
 from protocol.camera import project
 from protocol.observation import FilterState
 from protocol.region import Region
 from protocol.skeleton import Joint
 from tests.perception_worker.look.people import body, camera, knows
-from tests.protocol.strategies import filter_state
+from tests.protocol.values.strategies import filter_state
 
 CAMERA = camera()
 AREA = Region.whole(480, 640)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from perception_worker.backend import open_look
 from perception_worker.look import HeldPictures, TrackingLook, WholeLook
+from perception_worker.networks.backend import open_look
 from perception_worker.perceive import Perceiver
 from perception_worker.stopwatch import Stopwatch
 from protocol.camera import project

@@ -12,8 +12,8 @@ from protocol import Client, Pool, Timeouts, serve
 from protocol.messages import Drain, Role
 from protocol.security import Security, load_credentials, new_key_pair, read_key, write_key
 from protocol.security.allow_list import AllowList, read_allow_list, write_allow_list
-from tests.protocol.calls import PATIENT
-from tests.protocol.serving import SCENES
+from tests.protocol.processes.calls import PATIENT
+from tests.protocol.processes.serving import SCENES
 
 
 class Deployment:

@@ -8,7 +8,6 @@ import pytest
 import zmq
 
 from protocol import Pool, serve
-from protocol.enrolment import Enrolment
 from protocol.errors import CallFailed, DeadlineExceeded, NotPermitted, Rejected
 from protocol.messages import (
     Dismiss,
@@ -24,16 +23,17 @@ from protocol.messages import (
     Workers,
 )
 from protocol.security import read_key
+from protocol.server.worker_registration import Enrolment
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry
-from tests.protocol.bare_client import bare_client
-from tests.protocol.calls import PATIENT, ask, client_of
+from tests.protocol.processes.bare_client import bare_client
+from tests.protocol.processes.calls import PATIENT, ask, client_of
+from tests.protocol.processes.serving import serving
+from tests.protocol.processes.waiting import wait_until
 from tests.protocol.security.deployment import HASTY, free_port
 from tests.protocol.security.relay import relay
-from tests.protocol.serving import serving
 from tests.protocol.telemetry.monitors import free_endpoint, monitoring
 from tests.protocol.test_observer import Notes
-from tests.protocol.waiting import wait_until
 
 REGISTRY = {Register: lambda _: Registered(), Lookup: lambda _: Workers(workers=())}
 

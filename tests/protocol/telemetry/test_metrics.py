@@ -3,7 +3,7 @@ from prometheus_client import CollectorRegistry
 from protocol.messages import Failure, SampleScene
 from protocol.observer import Finished, Outcome, handled, refused
 from protocol.telemetry.metrics import OTHER, RequestMetrics
-from tests.protocol.calls import ask
+from tests.protocol.processes.calls import ask
 from tests.protocol.workers.scenes import scene_for
 
 

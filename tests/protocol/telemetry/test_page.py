@@ -7,16 +7,16 @@ from prometheus_client import CollectorRegistry, generate_latest
 from prometheus_client.parser import text_string_to_metric_families
 
 from agent.metrics import TrainingMetrics
-from orchestrator.heartbeat import Health
-from orchestrator.live_display import Snapshot
-from orchestrator.metrics import RunCollector
+from orchestrator.monitoring.live_display import Snapshot
+from orchestrator.monitoring.metrics import RunCollector
+from orchestrator.supervision.heartbeat import Health
 from protocol import Pool
 from protocol.messages import Pong, Role, State
 from protocol.observer import handled
 from protocol.records import Progress
 from protocol.telemetry.app import telemetry_app
 from protocol.telemetry.metrics import RequestMetrics, WorkerCollector, process_registry
-from tests.protocol.calls import ask
+from tests.protocol.processes.calls import ask
 from tests.protocol.telemetry.test_app import NeverReady
 from tests.protocol.workers.scenes import scene_for
 

@@ -1,6 +1,6 @@
 import pytest
 
-from protocol.diagnosis import Standing
+from protocol.client.diagnosis import Standing
 from protocol.messages import Role, State
 from protocol.telemetry.readiness import Readiness, Wait, own_waits, readiness, waits_for_any
 

@@ -15,12 +15,12 @@ from protocol.messages import Drain, Role, SampleScene
 from protocol.observer import NOBODY
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry
-from tests.protocol.bare_client import bare_client
-from tests.protocol.calls import PATIENT, ask, client_of
-from tests.protocol.serving import SCENES, serving
+from tests.protocol.processes.bare_client import bare_client
+from tests.protocol.processes.calls import PATIENT, ask, client_of
+from tests.protocol.processes.serving import SCENES, serving
+from tests.protocol.processes.waiting import wait_until
 from tests.protocol.telemetry.monitors import free_endpoint, monitoring
 from tests.protocol.telemetry.watching import Held, watched
-from tests.protocol.waiting import wait_until
 from tests.protocol.workers.scenes import scene_for
 
 

@@ -7,11 +7,11 @@ import pytest
 from protocol import Limits, Pool
 from protocol.errors import InvalidInput, Rejected
 from protocol.messages import Render, Role, SampleScene
-from tests.protocol.bare_client import bare_client
-from tests.protocol.calls import PATIENT, ask, client_of
-from tests.protocol.samples import CAMERA, SCENE
+from tests.protocol.processes.bare_client import bare_client
+from tests.protocol.processes.calls import PATIENT, ask, client_of
+from tests.protocol.processes.waiting import wait_until
 from tests.protocol.telemetry.watching import Held, watched
-from tests.protocol.waiting import wait_until
+from tests.protocol.values.samples import CAMERA, SCENE
 from tests.protocol.workers.scenes import scene_for
 
 

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from protocol.messages import Role, SampleScene
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry
-from tests.protocol.serving import SCENES, serving
+from tests.protocol.processes.serving import SCENES, serving
 from tests.protocol.telemetry.monitors import free_endpoint, monitoring
 from tests.protocol.workers.scenes import scene_for
 

@@ -2,8 +2,8 @@
 
 import sys
 
-from protocol.membership import Membership
 from protocol.messages import Role, State, WorkerRecord
+from protocol.server.membership import Membership
 
 me = WorkerRecord(role=Role.AGENT, address="", incarnation="x", state=State.READY)
 membership = Membership(sys.argv[1], describe=lambda: me, on_orphaned=lambda: None)

@@ -4,8 +4,8 @@ import sys
 import threading
 
 from protocol import Timeouts, serve
-from protocol.logs import configure
 from protocol.messages import Role, SampleScene
+from protocol.system.logs import configure
 
 
 def hang(request: SampleScene):

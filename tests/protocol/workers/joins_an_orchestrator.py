@@ -6,9 +6,9 @@ import threading
 from scenes import scene_for
 
 from protocol import Handlers, Timeouts, serve
-from protocol.enrolment import Enrolment
-from protocol.logs import configure
 from protocol.messages import Role, Sampled, SampleScene
+from protocol.server.worker_registration import Enrolment
+from protocol.system.logs import configure
 
 _, address, orchestrator, *sins = sys.argv
 

@@ -6,9 +6,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[3]))
 
 from protocol import Timeouts, serve
-from protocol.logs import configure
 from protocol.messages import Role
-from tests.protocol.registry import Registry
+from protocol.system.logs import configure
+from tests.protocol.processes.registry import Registry
 
 configure("orchestrator")
 serve(Registry().handlers, role=Role.ORCHESTRATOR, bind=sys.argv[1], timeouts=Timeouts(heartbeat=0.05))

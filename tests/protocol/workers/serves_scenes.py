@@ -8,8 +8,8 @@ from scenes import scene_for
 
 from protocol import Timeouts, serve
 from protocol.failpoint import failpoint_of
-from protocol.logs import configure
 from protocol.messages import Role, Sampled, SampleScene
+from protocol.system.logs import configure
 
 
 def sample(request: SampleScene) -> Sampled:

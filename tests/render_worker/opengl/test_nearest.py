@@ -8,10 +8,10 @@ from protocol.messages import Render
 from render_worker.opengl.nearest import nearest_surface
 from render_worker.opengl.outline import Outline
 from render_worker.opengl.picture import NEAREST
-from render_worker.person import dress
-from render_worker.placing import place_person
+from render_worker.people.person import dress
+from render_worker.people.placing import place_person
 from render_worker.scenes import sample_scene
-from render_worker.surroundings import is_hall
+from render_worker.surroundings.surroundings import is_hall
 
 INTRINSICS = Intrinsics.from_horizontal_fov(64, 48, 90.0)
 LEVEL = Camera(CameraPose((0.0, 0.0, 2.0), (1.0, 0.0, 2.0)), INTRINSICS)

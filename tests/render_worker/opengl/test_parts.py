@@ -9,7 +9,7 @@ import pytest
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.frame import ENCODINGS
 from protocol.messages import Render
-from protocol.packing import unpack
+from protocol.packing.packing import unpack
 from protocol.region import Region
 from render_worker.scenes import sample_scene
 from render_worker.worker import draw

@@ -6,11 +6,11 @@ import pytest
 from protocol.camera import Camera, CameraPose, Intrinsics, project, world_to_camera
 from protocol.region import Region
 from protocol.scene import Scene
-from render_worker.light import light_of
 from render_worker.opengl.picture import clip_projection
 from render_worker.opengl.shadowed import shadowed_ground, shadowed_region
 from render_worker.scenes import sample_scene
-from render_worker.surroundings import ground_patch
+from render_worker.surroundings.light import light_of
+from render_worker.surroundings.surroundings import ground_patch
 
 
 def crowd(scene: Scene, rng: np.random.Generator) -> list[np.ndarray]:

@@ -9,12 +9,12 @@ import numpy as np
 from protocol import Handlers, Timeouts, serve
 from protocol.camera import Camera, project
 from protocol.config_file import load_config
-from protocol.enrolment import Enrolment
 from protocol.frame import Frame
-from protocol.logs import configure
 from protocol.messages import Perceive, Render, Role, Sampled, SampleScene
 from protocol.observation import FilterState, Observation
 from protocol.scene import Arm, BodyPose, Scene, Sun
+from protocol.server.worker_registration import Enrolment
+from protocol.system.logs import configure
 
 
 def worker_options(arguments: Sequence[str] | None = None) -> argparse.Namespace:

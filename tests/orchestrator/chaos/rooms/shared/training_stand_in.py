@@ -16,10 +16,10 @@ from protocol.config import RunConfig
 from protocol.config_file import load_config
 from protocol.failpoint import Failpoint, failpoint_of
 from protocol.incarnation import new_incarnation
-from protocol.logs import configure
-from protocol.membership import Membership
 from protocol.messages import Role, SampleScene, State, WorkerRecord
 from protocol.records import Progress, Summary
+from protocol.server.membership import Membership
+from protocol.system.logs import configure
 
 STEP_SECONDS = 0.05
 PACE = 60.0

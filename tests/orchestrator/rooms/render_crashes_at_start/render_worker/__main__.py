@@ -2,7 +2,7 @@ import logging
 import os
 import resource
 
-from protocol.logs import configure
+from protocol.system.logs import configure
 
 configure("render")
 logging.getLogger(__name__).error("out of paint")

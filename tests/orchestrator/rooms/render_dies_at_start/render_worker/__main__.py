@@ -1,7 +1,7 @@
 import logging
 import sys
 
-from protocol.logs import configure
+from protocol.system.logs import configure
 
 configure("render")
 logging.getLogger(__name__).error("no EGL display; install libegl1")

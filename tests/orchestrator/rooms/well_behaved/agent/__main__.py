@@ -15,12 +15,12 @@ from protocol.artifact import checksum_if_there, whole_file
 from protocol.config import RunConfig
 from protocol.config_file import load_config
 from protocol.errors import CallFailed, VantageError
-from protocol.exit_code import exit_code_of
 from protocol.incarnation import new_incarnation
-from protocol.logs import configure
-from protocol.membership import Membership
 from protocol.messages import Role, SampleScene, State, WorkerRecord
 from protocol.records import Evaluation, Interval, PolicyScore, Progress, Summary
+from protocol.server.membership import Membership
+from protocol.system.exit_code import exit_code_of
+from protocol.system.logs import configure
 from protocol.system.process_start import own_start
 
 STEP_SECONDS = 0.01

@@ -1,0 +1,151 @@
+"""What a training writes down as it goes, for people and for the orchestrator.
+
+Only the finished flights are part of its result. All else may have gaps: where the disk is full, it says so once and
+goes on.
+"""
+
+import contextlib
+import logging
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+import msgspec
+from msgspec.structs import replace
+
+from agent.checkpointing.append_only_file import FileMark, GrowingFile
+from agent.observer import NOBODY
+from protocol.artifact import whole_file
+from protocol.records import Episode, Evaluation, Progress, Summary
+from protocol.system.process_start import own_start
+
+if TYPE_CHECKING:
+    from torch.utils.tensorboard.writer import SummaryWriter
+
+_log = logging.getLogger(__name__)
+
+EPISODES, _PROGRESS = "episodes.jsonl", "progress.jsonl"
+
+
+class Journal:
+    """The records of a run directory: progress and episodes by the line, curves, and a summary at the end.
+
+    Args:
+        run: the run directory.
+        episodes: bytes of the finished flights that a training goes on from; by default, all that are there.
+        flown: environment steps that it goes on from; points of curves beyond them are taken back.
+        on_progress: told of each line of progress, whether or not the disk has room for it.
+    """
+
+    def __init__(
+        self,
+        run: Path,
+        *,
+        episodes: int | None = None,
+        flown: int = 0,
+        on_progress: Callable[[Progress], None] = NOBODY.progress,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._run = run
+        self._on_progress = on_progress
+        self._flown = flown
+        self._progress = GrowingFile(run / _PROGRESS, _length_of(run / _PROGRESS))
+        self._episodes = GrowingFile(run / EPISODES, _length_of(run / EPISODES) if episodes is None else episodes)
+        self._curves: SummaryWriter | None = None
+        self._failing = False
+        self._process = own_start()
+        self._clock = clock
+
+    def progress(self, progress: Progress) -> None:
+        """Add a line on where the training stands; readers see it, and all episodes so far, at once.
+
+        It tells who wrote it, and when by a clock that nobody sets: whoever reads it has to know which agent said so.
+        """
+        _add_line(self._progress, replace(progress, process=self._process, steady=self._clock()))
+        self._try(self._progress.write)
+        self._try(self._episodes.write)
+        self._on_progress(progress)
+
+    def episode(self, episode: Episode) -> None:
+        """Add a line for a finished flight; it is written with the next progress."""
+        _add_line(self._episodes, episode)
+
+    def curves(self, step: int, values: Mapping[str, float]) -> None:
+        """Add a point to each of TensorBoard's curves."""
+        self._try(lambda: self._draw(step, values))
+
+    def sync(self) -> FileMark:
+        """See the finished flights through to the disk, and say what there is of them.
+
+        Raises:
+            OSError: the disk is full, say; what was not written is kept for the next time.
+        """
+        self._episodes.sync()
+        if self._curves is not None:
+            self._try(self._curves.flush)
+        return self._episodes.mark
+
+    def summary(self, summary: Summary) -> None:
+        """Write how the training ended."""
+        write_record(self._run / "summary.json", summary)
+
+    def close(self) -> None:
+        """Write out what is buffered."""
+        for file in (self._progress, self._episodes):
+            self._try(file.write)
+            file.close()
+        if self._curves is not None:
+            self._try(self._curves.close)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _draw(self, step: int, values: Mapping[str, float]) -> None:
+        if self._curves is None:
+            # Only here, since it loads torch, and an evaluation draws no curves.
+            from torch.utils.tensorboard.writer import SummaryWriter
+
+            self._curves = SummaryWriter(log_dir=str(self._run / "tensorboard"), purge_step=self._flown + 1)
+        for name, value in values.items():
+            self._curves.add_scalar(name, value, step)
+        self._flown = step
+
+    def _try(self, write: Callable[[], None]) -> None:
+        """Write what is not worth to end a training for."""
+        try:
+            write()
+        except OSError as error:
+            if not self._failing:
+                _log.warning("can't write down how the training goes, going on without: %s", error)
+            self._failing = True
+            self._give_up_curves()
+        else:
+            self._failing = False
+
+    def _give_up_curves(self) -> None:
+        """TensorBoard's writer is of no use after an error; the next point opens another."""
+        if self._curves is not None:
+            with contextlib.suppress(OSError):
+                self._curves.close()
+            self._curves = None
+
+
+def write_record(path: Path, record: Summary | Evaluation) -> None:
+    """Write a record as a file of its own, whole or not at all."""
+    with whole_file(path) as aside:
+        aside.write_bytes(msgspec.json.format(msgspec.json.encode(record)) + b"\n")
+
+
+def _add_line(file: GrowingFile, record: Progress | Episode) -> None:
+    file.add(msgspec.json.encode(record) + b"\n")
+
+
+def _length_of(path: Path) -> int:
+    return path.stat().st_size if path.exists() else 0

@@ -1,0 +1,110 @@
+"""One episode, step by step, as plain values.
+
+A `Flight` is all that an episode's future depends on: keep it, and the episode goes on from there as if never left.
+A step has two halves: the drone moves, which settles whether the flight is over, and then it looks. A flight that
+ends by coming too close or leaving takes no more pictures: what the filter knew before stands.
+"""
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from agent.environment.reward import step_reward
+from agent.environment.workspace import moved, outcome_of, random_start
+from protocol.arrays import Float64Array
+from protocol.camera import Camera, CameraPose, Intrinsics, Vector3
+from protocol.config import EnvironmentConfig
+from protocol.observation import FilterState, Observation
+from protocol.records import Outcome
+from protocol.scene import Scene
+from protocol.skeleton import JOINT_COUNT, weighted_uncertainty
+
+_START = 0x57A27
+"""Keeps the stream that a start is drawn from apart from the one that draws the scene of the same seed."""
+
+
+class Flight(Struct, frozen=True, eq=False, kw_only=True):
+    """An episode under way.
+
+    Attributes:
+        seed: the episode's; its scene and its start follow from it.
+        position: of the drone, world frame, metres.
+        filter: after the last picture.
+        quality: (18,) of each joint in the last picture.
+        steps: flown so far.
+        total_reward: collected so far.
+    """
+
+    seed: int
+    scene: Scene
+    position: Vector3
+    filter: FilterState
+    quality: Float64Array
+    steps: int = 0
+    total_reward: float = 0.0
+    outcome: Outcome = "flying"
+
+    @property
+    def over(self) -> bool:
+        """Whether there is no next step."""
+        return self.outcome != "flying"
+
+    @property
+    def ended_badly(self) -> bool:
+        """Whether the drone came too close to the person or left the workspace."""
+        return self.outcome in ("too_close", "out_of_workspace")
+
+    @property
+    def uncertainty(self) -> float:
+        """Weighted uncertainty of the upper body in the last picture, 0 to 10."""
+        return weighted_uncertainty(self.quality)
+
+
+def take_off(config: EnvironmentConfig, seed: int, scene: Scene) -> Flight:
+    """An episode before its first picture, started where its seed says."""
+    return Flight(
+        seed=seed,
+        scene=scene,
+        position=random_start(config, scene.position, np.random.default_rng((seed, _START))),
+        filter=FilterState.initial(mean=(0.0, 0.0, config.target_height)),
+        quality=np.zeros(JOINT_COUNT),
+    )
+
+
+def move(config: EnvironmentConfig, flight: Flight, velocity: Float64Array) -> Flight:
+    """The flight after its drone flew `velocity` (3,) m/s for a step; its outcome is settled by that."""
+    position = moved(flight.position, velocity, config.step_duration)
+    outcome = outcome_of(config, flight.position, position, flight.scene.position)
+    steps = flight.steps + 1
+    if outcome == "flying" and steps >= config.episode_steps:
+        outcome = "truncated"
+    return replace(flight, position=position, outcome=outcome, steps=steps)
+
+
+def see(flight: Flight, observation: Observation) -> Flight:
+    """The flight after a picture."""
+    return replace(flight, filter=observation.filter, quality=observation.quality)
+
+
+def earn(config: EnvironmentConfig, flight: Flight) -> tuple[Flight, float]:
+    """The flight with the reward of its last step added to its total, and that reward."""
+    reward = step_reward(
+        config, flight.scene, flight.position, flight.filter.variance, flight.steps, ended_badly=flight.ended_badly
+    )
+    return replace(flight, total_reward=flight.total_reward + reward), reward
+
+
+def camera_of(config: EnvironmentConfig, flight: Flight) -> Camera:
+    """The drone's camera, turned to the person."""
+    x, y = flight.scene.position
+    optics = config.camera
+    return Camera(
+        pose=CameraPose(position=flight.position, target=(x, y, config.target_height)),
+        intrinsics=Intrinsics.from_horizontal_fov(optics.width, optics.height, optics.horizontal_fov),
+        depth_noise=optics.depth_noise,
+    )
+
+
+def succeeded(outcome: Outcome, uncertainty: float, threshold: float) -> bool:
+    """Whether a flight ended well: in one piece, and with the person seen with less uncertainty than `threshold`."""
+    return outcome == "truncated" and uncertainty < threshold

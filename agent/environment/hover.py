@@ -1,0 +1,107 @@
+"""`vantage/Hover-v0`: fly to where a person's pose is seen with certainty (seed, section 4.3)."""
+
+from typing import Any, SupportsIndex
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ResetNeeded
+
+from agent.environment.episode_seeds import drawn_seed, require_seed
+from agent.environment.flight import Flight, camera_of, earn, move, see, take_off
+from agent.environment.made_with import require_no_rendering, require_split
+from agent.environment.reset_options import require_no_options
+from agent.environment.sensor import Eyes
+from agent.environment.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
+from agent.environment.stages import StageTimes, times_of
+from protocol.arrays import Float32Array
+from protocol.config import EnvironmentConfig
+from protocol.scene import Split
+
+
+class Hover(gymnasium.Env[Float32Array, Float32Array]):
+    """One drone and one person; the camera always faces the person.
+
+    Observation (111,): 54 filtered joint coordinates, 54 posterior variances, the drone's position, in m and m².
+    Action (3,): velocity in the world frame, in [-1, 1] m/s, flown for `step_duration`.
+    An episode is a function of its seed: `reset(seed=s)` always gives the same scene, start and first observation.
+    """
+
+    metadata = {"render_modes": []}
+
+    def __init__(
+        self,
+        eyes: Eyes,
+        config: EnvironmentConfig | None = None,
+        split: Split = "train",
+        render_mode: str | None = None,
+    ) -> None:
+        """Refuse what can't be had.
+
+        Args:
+            render_mode: Gymnasium's; there is none but None.
+
+        Raises:
+            InvalidInput: another split, or a render mode.
+        """
+        require_no_rendering(render_mode)
+        require_split(split)
+        self.config = config or EnvironmentConfig()
+        self.observation_space = observation_space()
+        self.action_space = action_space()
+        self._eyes = eyes
+        self._split: Split = split
+        self.flight: Flight | None = None
+
+    def reset(
+        self, *, seed: SupportsIndex | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Float32Array, dict[str, Any]]:
+        """Begin the episode of `seed`, or of one drawn from the last seed that was given.
+
+        Raises:
+            InvalidInput: the seed is no whole number from 0 on, or there are options.
+            CallFailed: no worker answered.
+        """
+        require_no_options(options)
+        given = None if seed is None else require_seed(seed)
+        super().reset(seed=given)
+        episode_seed = drawn_seed(self.np_random) if given is None else given
+        flight = take_off(self.config, episode_seed, self._eyes.sample(episode_seed, self._split))
+        self.flight, times = self._look(flight)
+        return observed(self.flight), info_of(self.flight, times)
+
+    def step(self, action: Float32Array) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
+        """Fly for one step and look.
+
+        Raises:
+            InvalidInput: the action is not three finite numbers; the episode stands as it was.
+            CallFailed: no worker answered; the episode stands as it was.
+        """
+        if self.flight is None or self.flight.over:
+            raise ResetNeeded("the episode is over, or none was begun: call reset() first")
+        flight = move(self.config, self.flight, require_actions(action, (ACTION_SIZE,)))
+        flight, times = (flight, StageTimes({})) if flight.ended_badly else self._look(flight)
+        flight, reward = earn(self.config, flight)
+        self.flight = flight
+        return observed(flight), reward, flight.ended_badly, flight.outcome == "truncated", info_of(flight, times)
+
+    def _look(self, flight: Flight) -> tuple[Flight, StageTimes]:
+        look = self._eyes.look(flight.scene, camera_of(self.config, flight), flight.filter)
+        return see(flight, look.result()), times_of(look)
+
+
+def info_of(flight: Flight, times: StageTimes) -> dict[str, Any]:
+    """What a step tells beside the observation; nothing in it is shared with the episode's state.
+
+    `outcome`, `uncertainty` (weighted, 0 to 10), `quality` (18,), `position` (metres), `timings` (seconds by stage, of
+    the picture if one was taken); of the episode so far its `seed`, `length` in steps and `total_reward`.
+    """
+    return {
+        "outcome": flight.outcome,
+        "uncertainty": flight.uncertainty,
+        "quality": flight.quality.copy(),
+        "position": np.array(flight.position),
+        "timings": times,
+        "seed": flight.seed,
+        "length": flight.steps,
+        "total_reward": flight.total_reward,
+    }

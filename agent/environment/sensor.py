@@ -1,0 +1,42 @@
+"""How the drone sees: scenes come from the render workers, pictures are made sense of by the perception workers."""
+
+from typing import Any, Protocol
+
+from protocol.camera import Camera
+from protocol.client.pending import Pending
+from protocol.client.pool import Pool
+from protocol.messages import Observe, SampleScene
+from protocol.observation import FilterState, Observation
+from protocol.scene import Scene, Split
+
+
+class Eyes(Protocol):
+    """What an environment needs of the outside world."""
+
+    def sample(self, seed: int, split: Split) -> Scene:
+        """The scene of a seed; always the same one."""
+        ...
+
+    def look(self, scene: Scene, camera: Camera, filter_state: FilterState) -> Pending[Observation]:
+        """Start to take a picture and to estimate the pose in it; many may be under way at once."""
+        ...
+
+
+class RemoteEyes:
+    """Eyes that are worker processes. The pools stay their owner's to close."""
+
+    def __init__(self, render: Pool, perception: Pool) -> None:
+        self._render = render
+        self._perception = perception
+
+    def sample(self, seed: int, split: Split) -> Scene:
+        """Ask a render worker for the scene of a seed."""
+        return self._render.call(SampleScene(seed=seed, split=split)).scene
+
+    def look(self, scene: Scene, camera: Camera, filter_state: FilterState) -> Pending[Observation]:
+        """Ask a perception worker for an observation; it has the picture rendered."""
+        return self._perception.submit(Observe(scene=scene, camera=camera, filter=filter_state))
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "RemoteEyes":
+        # Gymnasium copies an environment's arguments when it makes another like it; connections can only be shared.
+        return self

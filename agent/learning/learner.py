@@ -1,0 +1,105 @@
+"""What every learner can do, whatever its algorithm."""
+
+from collections.abc import Iterable
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from protocol.arrays import BoolArray, Float32Array, Float64Array
+
+Statistics: TypeAlias = dict[str, float]
+"""Names as TensorBoard shows them, and values."""
+
+
+class Transition(Struct, frozen=True, eq=False, kw_only=True):
+    """One step of every drone.
+
+    Attributes:
+        observations: (n, 111) before the step.
+        actions: (n, 3) that were taken, whoever chose them.
+        rewards: (n,).
+        next_observations: (n, 111) after the step; of a finished flight its last one, not the first of the next.
+        terminated: (n,) ended badly: nothing comes after.
+        truncated: (n,) ended by the time limit: more would have come.
+    """
+
+    observations: Float32Array
+    actions: Float32Array
+    rewards: Float64Array
+    next_observations: Float32Array
+    terminated: BoolArray
+    truncated: BoolArray
+
+
+class Learner(Protocol):
+    """A policy that gets better.
+
+    Attributes:
+        off_policy: whether it learns from flights that others chose, such as scripted ones.
+        updates: gradient updates done.
+
+    A checkpoint of it has three parts: its `weights`, its `state`, and of a replay memory only the number of steps in
+    it, `memory_steps`; they are in a journal, from which `recall` has them back. To go on, do `load_weights`,
+    `restore`, `recall`, in this order.
+    """
+
+    off_policy: bool
+    updates: int
+
+    @property
+    def memory_steps(self) -> int:
+        """How many of the last steps of all drones are in its replay memory; 0 where it has none."""
+        ...
+
+    def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
+        """Velocities (n, 3) for observations (n, 111): the best it knows, or with `explore` drawn around it."""
+        ...
+
+    def observe(self, transition: Transition) -> None:
+        """Take in a step. With an on-policy learner, it must be the one of the last `act`."""
+        ...
+
+    def learn(self) -> Statistics:
+        """Make the updates that are due for what was observed so far; nothing where none are due."""
+        ...
+
+    def state(self) -> dict[str, Any]:
+        """All that its future depends on beside the weights and the steps in replay memory, random generators included.
+
+        Tensors, arrays and plain values, nested: networks' hidden states, optimisers, a rollout under way.
+        """
+        ...
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state` of a learner of the same configuration, bit for bit."""
+        ...
+
+    def recall(self, steps: Iterable[Transition]) -> None:
+        """Put the last `memory_steps` back into replay memory: transitions of one step or more, oldest first.
+
+        Their arrays have a leading axis of steps: (k, n, …).
+        """
+        ...
+
+    def weights(self) -> dict[str, NDArray[Any]]:
+        """The parameters of all its networks, by name."""
+        ...
+
+    def load_weights(self, weights: dict[str, NDArray[Any]]) -> None:
+        """Take the parameters of a learner of the same configuration; alone they are only good for acting.
+
+        Raises:
+            ArtifactDamaged: a parameter is missing, unknown, or has another shape.
+        """
+        ...
+
+
+def learned_rewards(rewards: Float64Array, floor: float, scale: float) -> Float32Array:
+    """Rewards (n,) as critics learn them: cut at `floor`, then scaled.
+
+    A crash costs as much as a whole poor flight. Regressed on as it is, its error is larger than all that tells one
+    view from another; cut, it is still dearer than any view. Evaluation counts rewards as they are.
+    """
+    return (np.maximum(rewards, floor) * scale).astype(np.float32)

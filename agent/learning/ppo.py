@@ -1,0 +1,156 @@
+"""Proximal policy optimisation on skrl's agent, right about truncation.
+
+A truncated flight is bootstrapped with the value of its own last observation, and the advantage of the next flight
+does not leak into it: skrl does both when it is told to and given the final observation, not the next flight's first.
+"""
+
+from collections.abc import Iterable
+from typing import Any
+
+import torch
+from numpy.typing import NDArray
+from skrl.agents.torch.ppo import PPO, PPO_CFG
+from skrl.memories.torch import RandomMemory
+from skrl.models.torch import Model
+
+from agent.environment.spaces import action_space, observation_space
+from agent.learning.features import Features
+from agent.learning.learner import Statistics, Transition, learned_rewards
+from agent.learning.networks import GaussianPolicy, Value
+from agent.learning.randomness import random_state, restore_random_state, seed_all
+from agent.learning.skrl_state import (
+    load_network_weights,
+    memory_tensors,
+    network_weights,
+    optimizers_state,
+    restore_memory_tensors,
+    restore_optimizers,
+    tracked,
+)
+from protocol.arrays import Float32Array
+from protocol.config import EnvironmentConfig, PpoConfig
+
+_UNDER_WAY = ("_current_log_prob", "_current_values", "_current_next_observations")
+"""What skrl keeps between acting, observing and learning."""
+
+
+class PpoLearner:
+    """Learns from the steps of its own last rollout, each `rollout` steps of every drone.
+
+    The action that is under way while it learns was drawn from the policy before. It goes into the next rollout with
+    the log-probability it was drawn with, so the ratio that is clipped stays right.
+    """
+
+    off_policy = False
+    memory_steps = 0
+
+    def __init__(self, config: PpoConfig, environment: EnvironmentConfig, *, seed: int) -> None:
+        num_envs = environment.num_envs
+        config.require_minibatches(num_envs)
+        torch.set_num_threads(1)
+        seed_all(seed)
+        self.updates = 0
+        self._config = config
+        self._observed = 0
+        self._learned = 0
+        self._memory = RandomMemory(memory_size=config.rollout, num_envs=num_envs, device="cpu")
+        self._policy = GaussianPolicy(observation_space(), action_space(), config.hidden)
+        self._features = Features(environment)
+        self._agent = _ppo_agent(config, environment, self._policy, self._memory)
+
+    def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
+        """Velocities (n, 3), drawn from the policy (the drone cuts them at its limits) or its best."""
+        batch = torch.from_numpy(observations)
+        with torch.no_grad():
+            if not explore:
+                return self._policy.compute({"observations": self._features(batch)})[0].numpy()
+            return self._agent.act(batch, None, timestep=0, timesteps=0)[0].numpy()
+
+    def observe(self, transition: Transition) -> None:
+        """Keep the step that followed the last `act`."""
+        config = self._config
+        rewards = learned_rewards(transition.rewards, config.reward_floor, config.reward_scale)
+        unused: dict[str, Any] = {"states": None, "next_states": None, "infos": None, "timestep": 0, "timesteps": 0}
+        self._agent.record_transition(
+            observations=torch.from_numpy(transition.observations),
+            actions=torch.from_numpy(transition.actions),
+            rewards=torch.from_numpy(rewards)[:, None],
+            next_observations=torch.from_numpy(transition.next_observations),
+            terminated=torch.from_numpy(transition.terminated)[:, None],
+            truncated=torch.from_numpy(transition.truncated)[:, None],
+            **unused,
+        )
+        self._observed += 1
+
+    def learn(self) -> Statistics:
+        """Make the updates of a rollout once it is whole."""
+        if self._observed < self._learned + self._config.rollout:
+            return {}
+        self._learned = self._observed
+        self._agent.update(timestep=0, timesteps=0)
+        self.updates += self._config.epochs * self._config.minibatches
+        return tracked(self._agent)
+
+    def state(self) -> dict[str, Any]:
+        """What lasts beside the weights, a rollout under way included; see `Learner.state`."""
+        under_way = {name: getattr(self._agent, name) for name in _UNDER_WAY}
+        return {
+            "optimizers": optimizers_state(self._agent),
+            "rollout": memory_tensors(self._memory),
+            "memory_index": self._memory.memory_index,
+            "memory_filled": self._memory.filled,
+            "under_way": {name: None if value is None else value.clone() for name, value in under_way.items()},
+            "observed": self._observed,
+            "learned": self._learned,
+            "updates": self.updates,
+            "random": random_state(),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        restore_optimizers(self._agent, state["optimizers"])
+        restore_memory_tensors(self._memory, state["rollout"])
+        self._memory.memory_index, self._memory.filled = state["memory_index"], state["memory_filled"]
+        for name, value in state["under_way"].items():
+            setattr(self._agent, name, None if value is None else value.clone())
+        self._observed, self._learned, self.updates = state["observed"], state["learned"], state["updates"]
+        restore_random_state(state["random"])
+
+    def recall(self, steps: Iterable[Transition]) -> None:
+        """Nothing: what it learns from is in its own state."""
+
+    def weights(self) -> dict[str, NDArray[Any]]:
+        """The parameters of the policy and the value network."""
+        return network_weights(self._agent)
+
+    def load_weights(self, weights: dict[str, NDArray[Any]]) -> None:
+        """Take another learner's parameters."""
+        load_network_weights(self._agent, weights)
+
+
+def _ppo_agent(config: PpoConfig, environment: EnvironmentConfig, policy: GaussianPolicy, memory: RandomMemory) -> PPO:
+    spaces = (observation_space(), action_space())
+    models: dict[str, Model] = {"policy": policy, "value": Value(*spaces, config.hidden)}
+    settings = PPO_CFG(
+        rollouts=config.rollout,
+        learning_epochs=config.epochs,
+        mini_batches=config.minibatches,
+        discount_factor=config.discount,
+        gae_lambda=config.gae_lambda,
+        learning_rate=config.learning_rate,
+        ratio_clip=config.clip,
+        # In the units of the return, so it would hold the value back rather than steady it.
+        value_clip=0.0,
+        value_loss_scale=1.0,
+        entropy_loss_scale=config.entropy,
+        time_limit_bootstrap=True,
+        observation_preprocessor=Features,
+        observation_preprocessor_kwargs={"workspace": environment},
+    )
+    settings.experiment.write_interval = settings.experiment.checkpoint_interval = 0
+    agent = PPO(
+        models=models, memory=memory, cfg=settings, device="cpu", observation_space=spaces[0], action_space=spaces[1]
+    )
+    agent.init()
+    agent.enable_training_mode(True)
+    return agent

@@ -1,0 +1,84 @@
+"""The run that nothing happens to, which all others are held against; flown once for a configuration and code."""
+
+import hashlib
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from msgspec import Struct
+
+from orchestrator.chaos.errors import RehearsalFailed
+from orchestrator.chaos.progress_log import ProgressLog
+from orchestrator.chaos.rehearsed_run import RehearsedRun
+from orchestrator.run.run_directory import RunDirectory, resolved_toml
+from orchestrator.run.versions import collect_versions
+from orchestrator.stop_request import StopRequest
+from orchestrator.supervision.launch_plan import PROCESS_ENVIRONMENT
+from protocol.config import RunConfig
+from protocol.config_file import load_config, with_checksums
+
+SOURCES = {".py", ".vert", ".frag"}
+ROOMS = ("protocol", "render_worker", "perception_worker", "agent", "orchestrator")
+
+
+class Untouched(Struct, frozen=True):
+    """A whole run.
+
+    Attributes:
+        steps: environment steps of all drones, prefill included.
+        reused: whether it was there already.
+    """
+
+    directory: RunDirectory
+    steps: int
+    reused: bool
+
+
+def untouched_run(config: Path, runs: Path, stop: StopRequest, show: Callable[[RehearsedRun], None]) -> Untouched:
+    """The run of a configuration as it is, from `runs` if the same code has flown it there.
+
+    Raises:
+        RunBusy: somebody flies it right now.
+        RehearsalFailed: it did not come to its end by itself.
+    """
+    settings = load_config(config)
+    directory = RunDirectory(runs / f"untouched-{identity(settings)}")
+    reused = directory.is_trained()
+    if not reused:
+        _remove_unfinished(directory)
+        with RehearsedRun(config, directory.path, settings.timeouts, stop, show) as run:
+            run.begin()
+            run.finish()
+    return Untouched(directory, _steps(directory), reused)
+
+
+def _remove_unfinished(directory: RunDirectory) -> None:
+    if directory.path.exists():
+        with directory.lock():
+            shutil.rmtree(directory.path)
+
+
+def _steps(directory: RunDirectory) -> int:
+    progress = ProgressLog(directory.progress_path)
+    progress.read()
+    if not directory.is_trained() or not progress.is_done:
+        raise RehearsalFailed(f"the untouched run {directory.path} has ended before its training was done")
+    return progress.step
+
+
+def identity(config: RunConfig) -> str:
+    """A short name for all that the outcome of a run depends on: configuration, code, and the packages under it."""
+    digest = hashlib.sha256(resolved_toml(with_checksums(config)))
+    for path in _sources():
+        digest.update(path.name.encode())
+        digest.update(path.read_bytes())
+    digest.update(repr(sorted(collect_versions(PROCESS_ENVIRONMENT).packages.items())).encode())
+    return digest.hexdigest()[:12]
+
+
+def _sources() -> Iterator[Path]:
+    chaos = Path(__file__).parent
+    for room in ROOMS:
+        paths = sorted((chaos.parents[1] / room).rglob("*"))
+        # We ourselves only watch an untouched run.
+        yield from (path for path in paths if path.suffix in SOURCES and chaos not in path.parents)

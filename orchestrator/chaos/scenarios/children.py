@@ -1,0 +1,63 @@
+"""Who works on a run: what `workers.json` tells, checked against the system's own processes."""
+
+import contextlib
+import os
+import signal
+from collections.abc import Iterable, Iterator
+
+import psutil
+
+from orchestrator.run.run_directory import ProcessRecord, RunDirectory
+from orchestrator.supervision.heartbeat import is_alive
+from protocol.messages import Role
+from protocol.system.process_start import ProcessStart
+
+MARK = "VANTAGE_REHEARSAL"
+"""A variable in the environment of every process of a rehearsal, by which all of them are found in the end."""
+
+
+class Crew:
+    """The processes that the orchestrator has started for a run; it itself is not one of them."""
+
+    def __init__(self, run: RunDirectory) -> None:
+        self._run = run
+        self._seen: dict[str, set[tuple[int, ProcessStart | float]]] = {}
+
+    def alive(self, role: Role | None = None) -> tuple[ProcessRecord, ...]:
+        """Those that run now, of one role or of all."""
+        return tuple(record for record in self._read() if role in (None, record.role) and is_alive(record))
+
+    @property
+    def restarts(self) -> dict[str, int]:
+        """How often each was started again, as far as was seen."""
+        return {name: len(processes) - 1 for name, processes in sorted(self._seen.items())}
+
+    def _read(self) -> tuple[ProcessRecord, ...]:
+        records = self._run.processes()
+        for record in records:
+            self._seen.setdefault(record.name, set()).add(record.life)
+        return records
+
+
+def send(record: ProcessRecord, number: signal.Signals) -> None:
+    """Send a signal to the very process that was recorded; nothing where it is gone."""
+    if is_alive(record):
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(record.pid, number)
+
+
+def marked(mark: str) -> Iterator[psutil.Process]:
+    """Every process that carries the mark in its environment."""
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.Error, OSError):
+            if process.pid != os.getpid() and process.environ().get(MARK) == mark:
+                yield process
+
+
+def end(processes: Iterable[psutil.Process], patience: float) -> None:
+    """Kill processes, stopped ones too, and wait until they are gone."""
+    ending = list(processes)
+    for process in ending:
+        with contextlib.suppress(psutil.Error):
+            process.kill()
+    psutil.wait_procs(ending, timeout=patience)

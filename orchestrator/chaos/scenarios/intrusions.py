@@ -1,0 +1,89 @@
+"""Strangers at every socket of a run."""
+
+import random
+from collections.abc import Callable
+
+from orchestrator.chaos.errors import InvariantBroken
+from orchestrator.chaos.rehearsed_run import RehearsedRun
+from orchestrator.chaos.scenarios.intruder import (
+    garbage_messages,
+    garbage_talks,
+    oversized_messages,
+    oversized_talks,
+    send_messages,
+    talk,
+)
+from orchestrator.chaos.scenarios.invariants import require_unhurt
+from orchestrator.chaos.scenarios.pings import ping
+from orchestrator.chaos.scenarios.scenario import Scenario
+from orchestrator.run.run_directory import ProcessRecord
+
+
+class Intrusion(Scenario):
+    """A stranger comes to every socket, the orchestrator's included.
+
+    Setup: each answers pings.
+    Fault: the stranger says at each what is no message.
+    Recovery: each answers, and has counted what it could not read.
+    Invariant: all are the same processes.
+
+    Args:
+        intrude: what happens at an address.
+    """
+
+    def __init__(self, intrude: Callable[[str], None]) -> None:
+        self._intrude = intrude
+
+    def setup(self, run: RehearsedRun) -> None:
+        """Note who is there, and how many bad messages each had until now."""
+        self._all = run.crew.alive()
+        run.wait(lambda: all(ping(process) for process in serving(run)), "every socket answered")
+        self._malformed = {process.name: _malformed(process) for process in serving(run)}
+
+    def fault(self, run: RehearsedRun) -> float:
+        """Go to each socket."""
+        begun = run.now()
+        for process in serving(run):
+            self._intrude(str(process.address))
+        return begun
+
+    def recovered(self, run: RehearsedRun) -> bool:
+        """Whether all answer, and have counted what came."""
+        return all(_malformed(process) > self._malformed[process.name] for process in serving(run))
+
+    def invariant(self, run: RehearsedRun) -> None:
+        """What can't be read ends nobody."""
+        require_unhurt(self._all, by="what a stranger sent")
+        if run.orchestrator_pid is None:
+            raise InvariantBroken("the orchestrator did not outlive what a stranger sent")
+
+
+def garbage(chance: float) -> Intrusion:
+    """Bytes and messages that mean nothing."""
+    rng = random.Random(chance)
+
+    def intrude(address: str) -> None:
+        send_messages(address, garbage_messages(rng))
+        talk(address, garbage_talks(rng))
+
+    return Intrusion(intrude)
+
+
+def oversized(_chance: float) -> Intrusion:
+    """Messages larger than anyone takes."""
+
+    def intrude(address: str) -> None:
+        send_messages(address, oversized_messages())
+        talk(address, oversized_talks())
+
+    return Intrusion(intrude)
+
+
+def serving(run: RehearsedRun) -> tuple[ProcessRecord, ...]:
+    """Whoever has a socket, the orchestrator included."""
+    return (*(process for process in run.crew.alive() if process.address), run.orchestrator_record())
+
+
+def _malformed(process: ProcessRecord) -> int:
+    pong = ping(process)
+    return pong.malformed if pong else -1

@@ -1,0 +1,27 @@
+"""A process's own word, asked for once."""
+
+from contextlib import closing
+
+from orchestrator.run.run_directory import ProcessRecord
+from protocol.client.client import Client
+from protocol.errors import VantageError
+from protocol.messages import Ping, Pong, Role
+
+PATIENCE = 2.0
+"""Seconds; whoever asks asks again."""
+
+
+def answers(process: ProcessRecord) -> bool:
+    """Whether whoever serves at the process's address answers pings, though perhaps not ready yet."""
+    return ping(process) is not None
+
+
+def ping(process: ProcessRecord) -> Pong | None:
+    """What it says; None where it does not answer, or serves nothing."""
+    if not process.address:
+        return None
+    with closing(Client(process.address, role=Role.ORCHESTRATOR, serves=process.role)) as client:
+        try:
+            return client.call(Ping(), deadline=PATIENCE)
+        except VantageError:
+            return None

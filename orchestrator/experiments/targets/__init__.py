@@ -1,0 +1,1 @@
+"""What an experiment's figures are held to."""

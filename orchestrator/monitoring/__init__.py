@@ -1,0 +1,1 @@
+"""What people and monitoring systems are shown of a run."""

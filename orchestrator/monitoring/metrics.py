@@ -1,0 +1,40 @@
+"""The orchestrator's own metrics. docs/metrics.md lists them."""
+
+from collections.abc import Callable, Iterable, Iterator
+
+from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.registry import Collector
+
+from orchestrator.monitoring.live_display import Snapshot
+from orchestrator.monitoring.standings import standings_by_role
+from protocol.telemetry.metrics import counted
+
+
+class ProcessCollector(Collector):
+    """Who is at work, as of the last snapshot; nothing before the first."""
+
+    def __init__(self, snapshot: Callable[[], Snapshot | None]) -> None:
+        self._snapshot = snapshot
+
+    def collect(self) -> Iterable[Metric]:
+        """The metrics as of the last look at the processes."""
+        snapshot = self._snapshot()
+        if snapshot is not None:
+            yield from self._tell(snapshot)
+
+    def _tell(self, snapshot: Snapshot) -> Iterator[Metric]:
+        processes = GaugeMetricFamily("vantage_processes", "Processes of the run", labels=("role", "at_work"))
+        yield counted(processes, standings_by_role(snapshot))
+
+
+class RunCollector(ProcessCollector):
+    """What a run's last snapshot tells, restarts included."""
+
+    def _tell(self, snapshot: Snapshot) -> Iterator[Metric]:
+        restarts = CounterMetricFamily("vantage_restarts", "Restarts that nobody planned", labels=("process",))
+        # Workers of other machines may well be called the same, and a sample is told once.
+        names = dict.fromkeys(health.name for health in snapshot.workers)
+        for name in names:
+            restarts.add_metric((name,), sum(one.restarts for one in snapshot.workers if one.name == name))
+        yield restarts
+        yield from super()._tell(snapshot)

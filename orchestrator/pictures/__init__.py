@@ -1,0 +1,1 @@
+"""Pictures of what the workers see: scenes, keypoints and lifted skeletons."""

@@ -1,0 +1,393 @@
+"""A run on disk: what it was told, what made it, who works on it and what came out.
+
+The orchestrator makes the directory whole or not at all and never overwrites one; the agent writes its records into it.
+"""
+
+from collections.abc import Collection, Generator, Sequence
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+import psutil
+import tomli_w
+from msgspec import Struct
+
+from orchestrator.errors import NoLocks, NoSuchRun, RunBusy, RunError, RunExists, RunNotWritable
+from orchestrator.run.directory_lock import directory_lock
+from orchestrator.run.ending import Ending
+from orchestrator.run.json_lines import all_records, append_record, last_record
+from orchestrator.run.restart import Restart
+from orchestrator.run.versions import Versions
+from protocol.artifact import checksum_if_there, require_place, sync_directory, whole_directory, whole_file
+from protocol.config import RunConfig
+from protocol.config_file import load_resolved_config, plain, require_recorded_files, resolved, same_for
+from protocol.errors import DamagedRecord, InvalidInput
+from protocol.messages import Role
+from protocol.records import Evaluation, Progress, Summary
+from protocol.system.process_start import ProcessStart
+from protocol.system.refusal import reason
+from protocol.text import UNDECODABLE, json_of, readable
+from protocol.whole_record import decode_whole, read_whole
+
+RUNS = Path("runs")
+_TIME = "%Y%m%d-%H%M%S"
+LOCK_PATIENCE = 0.5
+"""Seconds; whoever only looks whether a run is busy holds its lock for less."""
+
+RecordT = TypeVar("RecordT", bound=Struct)
+
+
+class ProcessRecord(Struct, frozen=True, kw_only=True):
+    """A process of the run as it was started: a line of `workers.json`.
+
+    Attributes:
+        address: where it serves; none for the agent, which serves nothing.
+        started: the process's creation, in seconds since 1970 as the clock was set then; for people.
+        started_at: the same on a clock that nobody sets: tells it from a later process of the same number. Records of
+            before that was written down have `started` alone.
+        log: its log, relative to the run directory.
+        log_start: the byte there at which its own lines begin.
+    """
+
+    name: str
+    role: Role
+    address: str | None
+    pid: int
+    started: float
+    log: str
+    log_start: int = 0
+    started_at: ProcessStart | None = None
+
+    @property
+    def life(self) -> tuple[int, ProcessStart | float]:
+        """What no other process has in common with it: its number and its start."""
+        return self.pid, self.started if self.started_at is None else self.started_at
+
+
+class Plan(Struct, frozen=True, kw_only=True):
+    """What is to be done in a run, beside its configuration: `plan.json`.
+
+    Attributes:
+        evaluate: whether an evaluation follows the training.
+    """
+
+    evaluate: bool = True
+
+
+DEFAULT_PLAN = Plan()
+
+
+class RunDirectory(Struct, frozen=True):
+    """The files of one run."""
+
+    path: Path
+
+    @classmethod
+    def create(cls, path: Path, config: RunConfig, versions: Versions, plan: Plan = DEFAULT_PLAN) -> "RunDirectory":
+        """Make a new run.
+
+        Raises:
+            InvalidConfig: this machine has not the memory that the run asks for.
+            RunExists: something is at `path` already.
+            RunError: the system would not make it.
+            NoLocks: its file system has none.
+        """
+        config.require_memory(psutil.virtual_memory().total)
+        if path.exists():
+            raise RunExists(f"{path} exists already, and a run is never overwritten; {_instead_of_making(path)}")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with whole_directory(path) as aside:
+                # A run that nobody could work on is not made.
+                with directory_lock(aside, 0.0, "", called=path):
+                    pass
+                (aside / "config.toml").write_bytes(resolved_toml(config))
+                (aside / "versions.json").write_bytes(versions.to_json())
+                (aside / "plan.json").write_bytes(msgspec.json.encode(plan) + b"\n")
+                (aside / "logs").mkdir()
+        except OSError as error:
+            raise RunError(
+                f"the run directory {path} can't be made: {reason(error)}; choose another place with --run"
+            ) from error
+        return cls(path)
+
+    @classmethod
+    def open(cls, path: Path) -> "RunDirectory":
+        """Take up a run that is there.
+
+        Raises:
+            NoSuchRun: there is none.
+        """
+        run = cls(path)
+        if not run.config_path.is_file():
+            raise NoSuchRun(f"{path} is no run directory (it has no config.toml)")
+        return run
+
+    @classmethod
+    def open_for(cls, path: Path, config: RunConfig) -> "RunDirectory":
+        """Take up a run that was made with this configuration; errors as `open`.
+
+        Raises:
+            InvalidInput: it was made with another.
+            Others: as `require_as_it_was`.
+        """
+        run = cls.open(path)
+        run.require_as_it_was()
+        if same_for(run.config()) != same_for(config):
+            raise InvalidInput(
+                f"{path} was made with another configuration, and a run is never changed: go on with it as it is by "
+                f"'orchestrator resume {path}', or choose another with --run"
+            )
+        return run
+
+    @property
+    def name(self) -> str:
+        """The directory's own name, as text that can be sent."""
+        return readable(self.path.resolve().name)
+
+    @property
+    def config_path(self) -> Path:
+        """The resolved configuration, with every default; every process is started on it."""
+        return self.path / "config.toml"
+
+    @property
+    def workers_path(self) -> Path:
+        """The processes that were last started on this run."""
+        return self.path / "workers.json"
+
+    @property
+    def progress_path(self) -> Path:
+        """Where the agent writes how far it is."""
+        return self.path / "progress.jsonl"
+
+    @property
+    def weights_path(self) -> Path:
+        """What the agent learned."""
+        return self.path / "weights.safetensors"
+
+    @property
+    def summary_path(self) -> Path:
+        """How the agent's training ended, or was stopped."""
+        return self.path / "summary.json"
+
+    @property
+    def restarts_path(self) -> Path:
+        """Each restart of a process, one JSON object a line."""
+        return self.path / "restarts.jsonl"
+
+    @property
+    def evaluation_path(self) -> Path:
+        """What the agent's evaluation gave."""
+        return self.path / "evaluation.json"
+
+    @property
+    def ending_path(self) -> Path:
+        """How the work on it ended last; not there while an orchestrator works on it."""
+        return self.path / "ending.json"
+
+    @property
+    def logs(self) -> Path:
+        """One file of JSON lines for each process."""
+        return self.path / "logs"
+
+    @property
+    def orchestrator_log(self) -> Path:
+        """What the orchestrator itself had to say."""
+        return self.logs / "orchestrator.jsonl"
+
+    def config(self) -> RunConfig:
+        """What the run was told.
+
+        Raises:
+            InvalidConfig: the file was damaged.
+        """
+        return load_resolved_config(self.config_path)
+
+    def require_as_it_was(self) -> None:
+        """Make sure that all that the run was told is there, and that its files are those that it was made with.
+
+        Raises:
+            InvalidConfig, DamagedRecord: what it was told was damaged.
+            OtherArtifact: a file that its configuration names is another one now, or is gone.
+        """
+        require_recorded_files(self.told())
+
+    def told(self) -> RunConfig:
+        """What the run was told, once all of that is found to be there; errors as `require_as_it_was`."""
+        self.plan()
+        self.versions()
+        return self.config()
+
+    def progress(self) -> Progress | None:
+        """How far the agent is; None before its first word."""
+        return last_record(self.progress_path, Progress)
+
+    def summary(self) -> Summary | None:
+        """How the training ended; None before that."""
+        return _read(self.summary_path, Summary)
+
+    def evaluation(self) -> Evaluation | None:
+        """The last evaluation; None before the first."""
+        return _read(self.evaluation_path, Evaluation, may_lack=("weights", "by"))
+
+    def ending(self) -> Ending | None:
+        """How the work on it ended; None while it goes on, and after an orchestrator that was killed."""
+        return _read(self.ending_path, Ending)
+
+    def begin(self) -> None:
+        """Note that the work on it goes on: how it ended before must not come back with a power cut."""
+        self.ending_path.unlink(missing_ok=True)
+        sync_directory(self.path)
+
+    def end(self, ending: Ending) -> None:
+        """Note how it ended."""
+        with whole_file(self.ending_path) as aside:
+            aside.write_bytes(json_of(ending) + b"\n")
+
+    def plan(self) -> Plan:
+        """What is to be done here.
+
+        Raises:
+            DamagedRecord: the file is gone, can't be read, or lacks a field.
+        """
+        return read_whole(self.path / "plan.json", Plan)
+
+    def versions(self) -> Versions:
+        """What the run was made with; errors as `plan`."""
+        return read_whole(self.path / "versions.json", Versions, may_lack=("made",))
+
+    def is_trained(self) -> bool:
+        """Whether the training has come to its end."""
+        summary = self.summary()
+        return summary is not None and summary.complete
+
+    def is_finished(self) -> bool:
+        """Whether all that was planned is done."""
+        return self.is_trained() and (self.is_evaluated() or not self.plan().evaluate)
+
+    def is_evaluated(self) -> bool:
+        """Whether there is an evaluation, of however many flights, of what was last trained."""
+        evaluation = self.evaluation()
+        if evaluation is None:
+            return False
+        if evaluation.by is None:
+            return self._ended_with_an_evaluation()
+        return evaluation.weights == checksum_if_there(self.weights_path)
+
+    def is_evaluated_since(self, before: Evaluation | None) -> bool:
+        """Whether another process than that of `before` has written an evaluation."""
+        evaluation = self.evaluation()
+        return evaluation is not None and (before is None or evaluation.by != before.by)
+
+    def _ended_with_an_evaluation(self) -> bool:
+        """What a run of before evaluations said of what they are tells by the order of what its agents said."""
+        progress = self.progress()
+        return progress is None or progress.phase == "evaluation"
+
+    def processes(self) -> tuple[ProcessRecord, ...]:
+        """The processes that were last started on this run."""
+        try:
+            return msgspec.json.decode(self.workers_path.read_bytes(), type=tuple[ProcessRecord, ...])
+        except (OSError, *UNDECODABLE):
+            return ()
+
+    def write_processes(self, processes: Sequence[ProcessRecord]) -> None:
+        """Note which processes work on this run, for `status` and for whoever takes the run over."""
+        with whole_file(self.workers_path) as aside:
+            aside.write_bytes(msgspec.json.format(json_of(processes), indent=2) + b"\n")
+
+    def restarts(self) -> tuple[Restart, ...]:
+        """Every restart of a process of this run so far."""
+        return tuple(all_records(self.restarts_path, Restart))
+
+    def note_restart(self, restart: Restart) -> None:
+        """Write a restart down."""
+        append_record(self.restarts_path, restart)
+
+    @contextmanager
+    def lock(self, patience: float = LOCK_PATIENCE) -> Generator[None]:
+        """Be the only orchestrator that works on this run; the system frees the lock however we end.
+
+        Raises:
+            RunBusy: another one does.
+            NoLocks: its file system has none.
+            RunNotWritable: nothing can be written to it.
+        """
+        otherwise = f"another orchestrator works on {self.path}; see 'orchestrator status {self.path}'"
+        with directory_lock(self.path, patience, otherwise):
+            self._require_writable()
+            yield
+
+    def is_busy(self) -> bool:
+        """Whether an orchestrator works on this run now, as far as this user can tell."""
+        try:
+            with directory_lock(self.path, 0.0, ""):
+                return False
+        except RunBusy:
+            return True
+        except (NoLocks, OSError):
+            # Who can't lock it can't work on it either, and whoever reads it needs no lock.
+            return False
+
+    def _require_writable(self) -> None:
+        try:
+            for place in (self.path, self.logs):
+                require_place(place / "any")
+        except OSError as error:
+            raise RunNotWritable(
+                f"nothing can be written to {self.path} ({reason(error)}), neither its logs nor its evaluation.json: "
+                f"copy the run to where you may write, and name the copy; 'orchestrator status {self.path}' and, of a "
+                f"finished run, 'orchestrator resume {self.path}' only read"
+            ) from error
+
+
+def _instead_of_making(path: Path) -> str:
+    if RunDirectory(path).config_path.is_file():
+        return f"go on with it by 'orchestrator resume {path}', or choose another with --run"
+    return "choose another with --run"
+
+
+def _read(path: Path, record: type[RecordT], *, may_lack: Collection[str] = ()) -> RecordT | None:
+    """A record that is whole; of one that was damaged nothing is taken for granted."""
+    try:
+        return decode_whole(path.read_bytes(), record, may_lack=may_lack)
+    except (OSError, *UNDECODABLE):
+        return None
+
+
+def resolved_toml(config: RunConfig) -> bytes:
+    """The configuration as a file, resolved: with every setting, and marked."""
+    return tomli_w.dumps(resolved(config)).encode()
+
+
+def plain_toml(config: RunConfig) -> bytes:
+    """The same for a table's metadata: neither marked nor with the names of files' settings beside them."""
+    return tomli_w.dumps(plain(config)).encode()
+
+
+def default_run_path(config_path: Path, now: datetime) -> Path:
+    """`runs/<configuration's name>-<date>-<time>`."""
+    return RUNS / f"{config_path.stem}-{now:{_TIME}}"
+
+
+def newest_run(runs: Path = RUNS) -> RunDirectory:
+    """The run that was made last.
+
+    Raises:
+        NoSuchRun: there is none.
+    """
+    made = [RunDirectory(config.parent) for config in sorted(runs.glob("*/config.toml"))]
+    if not made:
+        raise NoSuchRun(f"there is no run in {runs} yet; start one with 'orchestrator train CONFIG'")
+    return max(made, key=_made)
+
+
+def _made(run: RunDirectory) -> tuple[float, str]:
+    """When a run was made, as it says itself: before that was written down, its name's end alone does."""
+    try:
+        made = run.versions().made
+    except DamagedRecord:
+        made = 0.0
+    return made, run.path.name[-len(f"{datetime.min:{_TIME}}") :]

@@ -1,0 +1,1 @@
+"""Keeping the processes of a run alive: starting, probing, restarting and stopping them."""

@@ -1,0 +1,185 @@
+"""Who serves what, where, in which state: what the run's processes say of themselves, and ask of each other."""
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from typing import Protocol
+
+from msgspec import Struct
+
+from protocol.messages import Lookup, Register, Registered, Role, WorkerRecord, Workers
+from protocol.observer import NOBODY, Observer
+from protocol.security import LOCAL_ONLY, Security
+from protocol.server.server import Handlers, serve
+from protocol.timeouts import Timeouts
+
+STOP_PATIENCE = 5.0
+
+_log = logging.getLogger(__name__)
+
+
+class Entry(Struct, frozen=True):
+    """A process that registered: its last word, when it first and last spoke (seconds of the registry's clock)."""
+
+    record: WorkerRecord
+    first: float
+    heard: float
+
+
+class Registry:
+    """The table, by incarnation. May be used from any number of threads.
+
+    Args:
+        liveness: seconds after which a process that did not register again is no longer listed.
+        beyond: who of a role is in another table, which is told after our own.
+    """
+
+    def __init__(
+        self,
+        liveness: float,
+        clock: Callable[[], float] = time.monotonic,
+        beyond: Callable[[Role], tuple[WorkerRecord, ...]] = lambda _: (),
+    ) -> None:
+        self._liveness = liveness
+        self._beyond = beyond
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._entries: dict[str, Entry] = {}
+
+    def register(self, request: Register) -> Registered:
+        """Enter a process, or its new state."""
+        record, now = request.worker, self._clock()
+        with self._lock:
+            self._drop_silent(now)
+            known = self._entries.get(record.incarnation)
+            self._entries[record.incarnation] = Entry(record, known.first if known else now, now)
+        if known is None:
+            _log.info("%s registered", record.name or record.address, extra={"incarnation": record.incarnation})
+        return Registered()
+
+    def lookup(self, request: Lookup) -> Workers:
+        """The processes of a role, here and beyond."""
+        here = tuple(record for record in self.records() if record.role is request.role)
+        return Workers(workers=(*here, *self._beyond(request.role)))
+
+    def records(self) -> tuple[WorkerRecord, ...]:
+        """Everybody who registered here: of those at one address, the one that came last."""
+        with self._lock:
+            self._drop_silent(self._clock())
+            entries = sorted(self._entries.values(), key=lambda entry: entry.first)
+        return tuple({entry.record.address or entry.record.name: entry.record for entry in entries}.values())
+
+    def heard(self, name: str, pid: int) -> float | None:
+        """When the process of this name and number last registered; None where it did not."""
+        with self._lock:
+            times = [
+                entry.heard for entry in self._entries.values() if (entry.record.name, entry.record.pid) == (name, pid)
+            ]
+        return max(times, default=None)
+
+    def forget(self, name: str, pid: int) -> None:
+        """Drop a process that has ended, without waiting for its silence."""
+        with self._lock:
+            self._entries = {
+                incarnation: entry
+                for incarnation, entry in self._entries.items()
+                if (entry.record.name, entry.record.pid) != (name, pid)
+            }
+
+    def handlers(self) -> Handlers:
+        """Which request is answered how."""
+        return {Register: self.register, Lookup: self.lookup}
+
+    def _drop_silent(self, now: float) -> None:
+        self._entries = {
+            incarnation: entry for incarnation, entry in self._entries.items() if now - entry.heard < self._liveness
+        }
+
+
+class Table(Protocol):
+    """What is served as a registry."""
+
+    def handlers(self) -> Handlers:
+        """Which request is answered how."""
+        ...
+
+
+class _End:
+    """Ends what is served in another thread, also if it is only about to begin."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._drain: Callable[[], None] = lambda: None
+        self.is_due = False
+
+    def take(self, drain: Callable[[], None]) -> None:
+        """This ends what is served now."""
+        with self._lock:
+            self._drain = drain
+            if self.is_due:
+                drain()
+
+    def __call__(self) -> None:
+        with self._lock:
+            self.is_due = True
+            self._drain()
+
+
+@contextmanager
+def serve_registry(
+    registry: Table,
+    address: str,
+    timeouts: Timeouts,
+    observer: Observer = NOBODY,
+    security: Security = LOCAL_ONLY,
+) -> Generator[Callable[[], None]]:
+    """Answer for a registry at an address, in a thread of its own, watched by `observer`.
+
+    Gives what raises the error that has ended it since, if one has.
+
+    Raises:
+        AddressUnavailable: the address can't be served.
+        NotPermitted: other machines can reach it, and there is no key.
+    """
+    bound, end = threading.Event(), _End()
+    failure: list[Exception] = []
+
+    def start() -> Handlers:
+        bound.set()
+        return registry.handlers()
+
+    def run() -> None:
+        try:
+            # Anybody who may call may also ask it to drain; but the processes of a run must not become orphans of that.
+            while not end.is_due:
+                serve(
+                    start,
+                    role=Role.ORCHESTRATOR,
+                    bind=address,
+                    computes=False,
+                    timeouts=timeouts,
+                    security=security,
+                    observer=observer,
+                    hand_over=end.take,
+                )
+        except Exception as error:
+            failure.append(error)
+            if bound.is_set():
+                _log.exception("the registry has failed")
+            bound.set()
+
+    def check() -> None:
+        if failure:
+            raise failure[0]
+
+    thread = threading.Thread(target=run, name="registry", daemon=True)
+    thread.start()
+    bound.wait()
+    check()
+    try:
+        yield check
+    finally:
+        end()
+        thread.join(STOP_PATIENCE)

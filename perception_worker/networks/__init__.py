@@ -1,0 +1,1 @@
+"""The pose networks: their files, the engines that run them, and keypoints from heatmaps."""

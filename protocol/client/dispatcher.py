@@ -1,0 +1,357 @@
+"""The thread behind a client: it waits on the sockets, gives each call to a worker, and sees that each call ends.
+
+A call waits here until a worker can take it, goes to the one with the fewest calls in hand, comes back when that worker
+is lost or refuses it for the moment, and goes out again, until it is answered or its deadline has come.
+"""
+
+import contextlib
+import heapq
+import itertools
+import logging
+import math
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from msgspec import Struct
+
+from protocol.client.call import Call
+from protocol.client.connection import Answer, Connection, Phase
+from protocol.client.diagnosis import Standing, expiry, standing
+from protocol.errors import CallFailed, ClientClosed, MalformedMessage, ProtocolError, VantageError, WorkerLost
+from protocol.failure import error_of
+from protocol.messages import Failure
+from protocol.system.priority import go_first
+from protocol.timeouts import Timeouts
+from protocol.transport.mailbox import Mailbox
+from protocol.transport.sockets import has_input, poll_timeout, wait_for_input
+
+_log = logging.getLogger(__name__)
+
+
+class Statistics(Struct, frozen=True, kw_only=True):
+    """What a client has counted since it was opened.
+
+    Attributes:
+        late_replies: replies to calls that were over, or had been sent again; they were dropped.
+        retries: calls that were sent again, for whatever reason.
+        losses: calls that were lost with their worker, or taken from one that hangs.
+        malformed: what came and was no message.
+    """
+
+    late_replies: int = 0
+    retries: int = 0
+    losses: int = 0
+    malformed: int = 0
+
+
+class Dispatcher:
+    """Runs until `close`; every call that was submitted ends with a reply or a typed error."""
+
+    def __init__(
+        self, connections: Sequence[Connection], *, name: str, timeouts: Timeouts, clock: Callable[[], float]
+    ) -> None:
+        self._connections = list(connections)
+        self._timeouts = timeouts
+        self._clock = clock
+        self._mailbox: Mailbox[Call | Callable[[], None]] = Mailbox()
+        self._calls: dict[int, Call] = {}
+        self._waiting: deque[Call] = deque()
+        self._timers: list[tuple[float, int, Callable[[Call], None], int]] = []
+        self._numbers = itertools.count()
+        # Held by the client's thread while it works, and by one that submits while it sends.
+        self._sockets_in_use = threading.Lock()
+        self._asleep_until = -math.inf
+        self._closing = False
+        self._watching = False
+        self.turns = 0
+        self._over: CallFailed | None = None
+        self._retries = 0
+        self._losses = 0
+        self._late = 0
+        self._malformed = 0
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def submit(self, call: Call) -> None:
+        """Take a call, which ends by its deadline, or with `ClientClosed`. May be called from any thread."""
+        self._mailbox.put_or_handle(call, self._sockets_in_use, self._send_from_here)
+        # The thread may have ended meanwhile, and looked into the mailbox for the last time.
+        if self._over is not None:
+            self._fail_unread()
+
+    def add(self, connect: Callable[[], Connection]) -> None:
+        """Give calls to one more worker, on the connection that `connect` opens. May be called from any thread."""
+        self._mailbox.put(lambda: self._add(connect))
+
+    def remove(self, address: str) -> None:
+        """Give no more calls to a worker, and those that it holds to others. May be called from any thread."""
+        self._mailbox.put(lambda: self._leave(address))
+
+    def close(self) -> None:
+        """End every call that is under way with `ClientClosed`, and the thread."""
+        self._mailbox.put(self._stop)
+        self._thread.join()
+        self._mailbox.close()
+
+    def disown(self) -> None:
+        """In a process that was forked: end it here. Its thread and its sockets are the other process's, and go on."""
+        self._over = ClientClosed("the client is closed")
+        self._mailbox.close()
+
+    @property
+    def is_watching(self) -> bool:
+        """Whether workers are pinged also while they hold no calls."""
+        return self._watching
+
+    @property
+    def statistics(self) -> Statistics:
+        """The counts so far."""
+        return Statistics(
+            late_replies=self._late + sum(connection.late for connection in tuple(self._connections)),
+            retries=self._retries,
+            losses=self._losses,
+            malformed=self._malformed + sum(connection.malformed for connection in tuple(self._connections)),
+        )
+
+    def wake(self) -> None:
+        """Have the thread take a turn, which `turns` counts."""
+        self._mailbox.ring()
+
+    def watch(self) -> None:
+        """Ping the workers also while they hold no calls, from now on. May be called from any thread."""
+        self._mailbox.put(self._watch)
+
+    def standings(self) -> tuple[Standing, ...]:
+        """How each worker stands, as of what was heard of it last. May be called from any thread."""
+        return tuple(standing(connection) for connection in tuple(self._connections))
+
+    def _send_from_here(self) -> None:
+        """Admit what was submitted, in the place of the client's thread, which is woken if that changes its plans."""
+        if self._over is not None:
+            return
+        try:
+            other_sockets = self._admit()
+        except Exception as error:
+            # It is that thread's failure all the same, and ends every call.
+            self._mailbox.put(partial(_raise, error))
+            return
+        if other_sockets or self._due() < self._asleep_until or self._has_input():
+            self._mailbox.ring()
+
+    def _run(self) -> None:
+        over = ClientClosed("the client is closed")
+        go_first()
+        try:
+            while not self._closing:
+                self._turn()
+                self.turns += 1
+        except Exception as error:
+            # Without this thread no call would ever end.
+            _log.exception("the client's thread has failed")
+            over = ClientClosed(f"the client's thread has failed: {error!r}")
+        finally:
+            with self._sockets_in_use:
+                self._end(over)
+
+    def _turn(self) -> None:
+        with self._sockets_in_use:
+            descriptors = [self._mailbox.fileno()]
+            for connection in self._connections:
+                descriptors.extend(connection.descriptors)
+            self._asleep_until = -math.inf if self._has_input() else self._due()
+            patience = poll_timeout(self._asleep_until - self._clock())
+        woken = wait_for_input(descriptors, patience)
+        with self._sockets_in_use:
+            if self._mailbox.fileno() in woken:
+                self._mailbox.hear()
+                self._admit()
+            for connection in self._connections:
+                self._attend(connection)
+            self._relieve_suspects()
+            self._run_timers()
+            self._send_waiting()
+
+    def _attend(self, connection: Connection) -> None:
+        for answer in connection.receive():
+            self._settle(connection, answer)
+        for call in connection.take_lost():
+            self._lose(call)
+        connection.tend()
+
+    def _has_input(self) -> bool:
+        return any(has_input(socket) for connection in self._connections for socket in connection.sockets)
+
+    def _due(self) -> float:
+        """When there is something to do next, if nothing comes."""
+        due = [connection.due for connection in self._connections]
+        due.append(self._timers[0][0] if self._timers else None)
+        return min((when for when in due if when is not None), default=math.inf)
+
+    def _admit(self) -> bool:
+        """Take what is in the mailbox; returns whether the sockets may be others since."""
+        other_sockets = False
+        for item in self._mailbox.take():
+            if not isinstance(item, Call):
+                item()
+                other_sockets = True
+                continue
+            item.number = next(self._numbers)
+            self._calls[item.number] = item
+            self._at(item.deadline, self._expire, item)
+            # A worker would refuse it, and might do so before its time is up here.
+            late = item.deadline <= self._clock()
+            self._expire(item) if late else self._dispatch(item)
+        return other_sockets
+
+    def _stop(self) -> None:
+        self._closing = True
+
+    def _watch(self) -> None:
+        self._watching = True
+        for connection in self._connections:
+            connection.watched = True
+
+    def _add(self, connect: Callable[[], Connection]) -> None:
+        try:
+            connection = connect()
+        except VantageError as error:
+            _log.warning("can't connect to a worker: %s", error)
+            return
+        connection.watched = self._watching
+        self._connections.append(connection)
+
+    def _leave(self, address: str) -> None:
+        for connection in [one for one in self._connections if one.address == address]:
+            self._connections.remove(connection)
+            left = connection.retire()
+            self._late += connection.late
+            self._malformed += connection.malformed
+            for call in left:
+                self._dispatch(call)
+        for call in [one for one in self._calls.values() if one.target == address]:
+            self._give_up(call)
+
+    def _dispatch(self, call: Call) -> None:
+        if call.pending.cancelled():
+            self._remove(call)
+        if call.number not in self._calls:
+            return
+        eligible = self._eligible(call)
+        usable = [one for one in eligible if one.takes_calls or (call.at_once and one.phase is Phase.OPEN)]
+        if usable:
+            min(usable, key=lambda one: _reluctance(one, call)).send(call)
+            self._retries += call.tries > 1
+            return
+        refusals = [connection.refusal for connection in eligible]
+        if refusals and refusals[0] is not None and None not in refusals:
+            self._remove(call)
+            call.fail(refusals[0], self._clock())
+        elif call.target is not None and not eligible:
+            self._give_up(call)
+        elif call.at_once:
+            self._waiting.appendleft(call)
+        else:
+            self._waiting.append(call)
+
+    def _send_waiting(self) -> None:
+        waiting, self._waiting = self._waiting, deque()
+        # First those that are answered at once, since they also go where no other call is taken.
+        while waiting and (
+            waiting[0].at_once or any(one.takes_calls or one.phase is Phase.REFUSED for one in self._connections)
+        ):
+            self._dispatch(waiting.popleft())
+        self._waiting.extend(waiting)
+
+    def _settle(self, connection: Connection, answer: Answer) -> None:
+        call, reply, header = answer
+        if isinstance(reply, Failure) and reply.retryable:
+            call.shunned = connection.address
+            call.trouble = f"{reply.code}: {reply.message}"
+            self._at(self._clock() + self._timeouts.backoff(call.tries), self._dispatch, call)
+            return
+        self._remove(call)
+        if isinstance(reply, call.reply):
+            call.succeed(reply, self._clock(), header.queue, header.compute)
+        elif isinstance(reply, Failure):
+            call.fail(error_of(reply, connection.name, call.request), self._clock())
+        elif isinstance(reply, ProtocolError):
+            call.fail(reply, self._clock())
+        else:
+            mistake = f"{connection.name} answered {call.request} with {type(reply).__name__}"
+            call.fail(MalformedMessage(mistake), self._clock())
+
+    def _lose(self, call: Call) -> None:
+        """Send it again at once; later each time, if it loses one worker after another."""
+        call.losses += 1
+        self._losses += 1
+        if call.losses == 1:
+            self._dispatch(call)
+        else:
+            self._at(self._clock() + self._timeouts.backoff(call.losses - 1), self._dispatch, call)
+
+    def _relieve_suspects(self) -> None:
+        """Give what a worker holds that hangs to others; while there are none, it may still answer."""
+        for suspect in self._connections:
+            if suspect.suspicion is not None and any(one.takes_calls for one in self._connections):
+                for call in suspect.take_back():
+                    call.trouble = f"{suspect.name} was given up: {suspect.suspicion}"
+                    self._lose(call)
+
+    def _give_up(self, call: Call) -> None:
+        """End a call to a worker that is none of ours any more."""
+        self._remove(call)
+        call.fail(WorkerLost(f"{call.target} was let go before it answered {call.request}"), self._clock())
+
+    def _expire(self, call: Call) -> None:
+        self._remove(call)
+        call.fail(expiry(call, self._eligible(call), self._clock()), self._clock())
+        with contextlib.suppress(ValueError):
+            self._waiting.remove(call)
+        for connection in self._connections:
+            connection.forget(call)
+
+    def _eligible(self, call: Call) -> list[Connection]:
+        return [connection for connection in self._connections if call.target in (None, connection.address)]
+
+    def _remove(self, call: Call) -> None:
+        self._calls.pop(call.number, None)
+
+    def _at(self, when: float, action: Callable[[Call], None], call: Call) -> None:
+        # By number, not by the call itself: a timer outlives most calls, and a call holds its arrays.
+        heapq.heappush(self._timers, (when, next(self._numbers), action, call.number))
+
+    def _run_timers(self) -> None:
+        while self._timers and self._timers[0][0] <= self._clock():
+            _, _, action, number = heapq.heappop(self._timers)
+            if (call := self._calls.get(number)) is not None:
+                action(call)
+
+    def _end(self, over: CallFailed) -> None:
+        self._over = over
+        for call in self._calls.values():
+            call.fail(ClientClosed(f"{over} before {call.request} was answered"), self._clock())
+        self._calls.clear()
+        self._fail_unread()
+        for connection in self._connections:
+            connection.close()
+
+    def _fail_unread(self) -> None:
+        for call in self._mailbox.take():
+            if isinstance(call, Call):
+                call.fail(ClientClosed(f"{self._over} before {call.request} was answered"), self._clock())
+
+
+def _raise(error: Exception) -> None:
+    raise error
+
+
+def _reluctance(connection: Connection, call: Call) -> tuple[bool, bool, int, float]:
+    """Smallest for the connection that the call should go to."""
+    return (
+        call.shunned == connection.address,
+        bool(connection.lacks),
+        len(connection.outstanding),
+        connection.used,
+    )

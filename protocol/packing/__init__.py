@@ -1,0 +1,1 @@
+"""Pictures as they travel between machines: packed by JPEG or without loss."""

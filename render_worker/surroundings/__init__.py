@@ -1,0 +1,1 @@
+"""What stands around people: walls, ground, sky and light."""
