@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from orchestrator.cli.app import setup_command
+from orchestrator.cli import setup_command
 from orchestrator.cli.setup_command import run_setup
 from orchestrator.errors import Interrupted
 from orchestrator.stop_request import StopRequest, stop_on_signals
