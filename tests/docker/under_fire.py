@@ -38,9 +38,9 @@ class UnderFire:
         play it is noted besides.
         """
         assert not self._is_over(), f"the training was over before: {what}"
-        began = time.time()
+        began = time.monotonic()
         fault()
-        struck = time.time()
+        struck = time.monotonic()
         reached = self._training.read_progress().reached(struck) + self._drones
 
         wait(lambda: self._first_beyond(reached, struck) is not None, f"recovery from: {what}")
