@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from agent.commands import evaluate_run, train_run
-from agent.connections import Workers
+from agent.connections import WorkerAccess
 from protocol.errors import VantageError
 from protocol.failpoint import failpoint_of
 from protocol.security.options import add_security_options, security_of
-from protocol.server.worker_registration import Enrolment
+from protocol.server.worker_registration import WorkerRegistration
 from protocol.system import logs
 from protocol.system.exit_code import ExitCode, logged_exit_code_of
 from protocol.telemetry.endpoint import add_http_options, endpoint_of
@@ -54,16 +54,16 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _workers(options: argparse.Namespace, parser: argparse.ArgumentParser) -> Workers:
+def _workers(options: argparse.Namespace, parser: argparse.ArgumentParser) -> WorkerAccess:
     if options.orchestrator is None and not (options.render and options.perception):
         parser.error("without --orchestrator, --render and --perception are required")
-    enrolment = None
+    registration = None
     if options.orchestrator is not None:
-        enrolment = Enrolment(options.orchestrator, options.name or options.job)
-    return Workers(
+        registration = WorkerRegistration(options.orchestrator, options.name or options.job)
+    return WorkerAccess(
         render=tuple(options.render),
         perception=tuple(options.perception),
-        enrolment=enrolment,
+        registration=registration,
         security=security_of(options, os.environ),
     )
 

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from agent.checkpointing.journal import Journal, write_record
 from agent.checkpointing.resume import open_training
 from agent.checkpointing.weights import FILE_NAME, load_weights
-from agent.connections import Connections, Workers
+from agent.connections import Connections, WorkerAccess
 from agent.environment.vector_hover import VectorHover
 from agent.evaluation import evaluate
 from agent.learning.algorithms import make_learner
@@ -18,7 +18,7 @@ from agent.learning.policies import BASELINES, Policy, baseline, learned
 from agent.logbook import PROGRESS_EVERY, Clocks
 from agent.stopping import StopRequest, stop_on_signals
 from agent.telemetry import agent_telemetry
-from agent.throughput import Pace
+from agent.throughput import Throughput
 from protocol.artifact import checksum_if_there
 from protocol.config import RunConfig
 from protocol.config_file import load_run_config
@@ -39,7 +39,7 @@ class EvaluationStopped(Exception):
 
 
 def train_run(
-    run: Path, workers: Workers, failpoint: Failpoint = no_failpoint, *, http: Endpoint | None = None
+    run: Path, workers: WorkerAccess, failpoint: Failpoint = no_failpoint, *, http: Endpoint | None = None
 ) -> Summary | None:
     """Train as the run's configuration says, from its newest checkpoint on if there is one; None if stopped before.
 
@@ -53,7 +53,7 @@ def train_run(
     config = load_run_config(run)
     learner = make_learner(config.learner, config.environment, seed=config.seed)
     with stop_on_signals() as stop, Connections(config, workers, stop.ask) as connections:
-        env = VectorHover(connections.eyes, config=config.environment)
+        env = VectorHover(connections.sensor, config=config.environment)
         about = _about("training", config, workers)
         with (
             agent_telemetry(http, about, connections, run / "checkpoints", lambda: learner.updates) as observer,
@@ -76,7 +76,7 @@ def train_run(
 
 
 def evaluate_run(
-    run: Path, workers: Workers, *, episodes: int | None, names: Sequence[str], http: Endpoint | None = None
+    run: Path, workers: WorkerAccess, *, episodes: int | None, names: Sequence[str], http: Endpoint | None = None
 ) -> Evaluation | None:
     """Evaluate the run's policy and baselines, or those named, and write `evaluation.json`; None if stopped before.
 
@@ -102,7 +102,7 @@ def evaluate_run(
             return None
         watch = EvaluationWatch(journal, steps, _CLOCKS, stop)
         try:
-            evaluation = evaluate(connections.eyes, config, policies, flights, watch)
+            evaluation = evaluate(connections.sensor, config, policies, flights, watch)
         except (EvaluationStopped, CallFailed):
             # Who is asked to end may find the workers ended before it.
             if not stop():
@@ -114,8 +114,8 @@ def evaluate_run(
     return evaluation
 
 
-def _about(job: str, config: RunConfig, workers: Workers) -> About:
-    name = job if workers.enrolment is None else workers.enrolment.name
+def _about(job: str, config: RunConfig, workers: WorkerAccess) -> About:
+    name = job if workers.registration is None else workers.registration.name
     capabilities = {"job": job, "algorithm": config.learner.algorithm}
     return About(role=Role.AGENT, name=name, capabilities=capabilities)
 
@@ -141,7 +141,7 @@ class EvaluationWatch:
         self._clocks = clocks
         self._stop = stop
         self._step = 0
-        self._pace = Pace(clocks.steady)
+        self._throughput = Throughput(clocks.steady)
         self._written = clocks.steady()
 
     def __call__(self, steps: int) -> None:
@@ -149,7 +149,7 @@ class EvaluationWatch:
         if self._stop():
             raise EvaluationStopped
         self._step += steps
-        self._pace.reached(self._step)
+        self._throughput.reached(self._step)
         if self._clocks.steady() - self._written >= PROGRESS_EVERY:
             self._written = self._clocks.steady()
             self._journal.progress(
@@ -159,7 +159,7 @@ class EvaluationWatch:
                     step=self._step,
                     steps=self._steps,
                     episodes=0,
-                    steps_per_second=self._pace.steps_per_second,
+                    steps_per_second=self._throughput.steps_per_second,
                 )
             )
 

@@ -1,4 +1,4 @@
-"""The agent's connections: to the workers that are its eyes, and to the orchestrator, where there is one."""
+"""The agent's connections: to the workers that are its sensor, and to the orchestrator, where there is one."""
 
 import os
 from collections.abc import Callable, Mapping
@@ -9,7 +9,7 @@ from typing import Self
 from msgspec import Struct
 
 from agent.call_counts import total
-from agent.environment.sensor import RemoteEyes
+from agent.environment.sensor import RemoteSensor
 from protocol.client.dispatcher import Statistics
 from protocol.client.pool import Pool
 from protocol.config import RunConfig
@@ -17,12 +17,12 @@ from protocol.incarnation import new_incarnation
 from protocol.messages import Role, State, WorkerRecord
 from protocol.security import LOCAL_ONLY, Security
 from protocol.server.membership import Membership
-from protocol.server.worker_registration import Enrolment
+from protocol.server.worker_registration import WorkerRegistration
 from protocol.system.priority import let_others_go_first
 from protocol.timeouts import Timeouts
 
 
-class Workers(Struct, frozen=True):
+class WorkerAccess(Struct, frozen=True):
     """Where the workers of a run serve; with an orchestrator to ask, those that it names come on top.
 
     `security` has the keys to speak with all of them; without any, they are on this machine.
@@ -30,31 +30,31 @@ class Workers(Struct, frozen=True):
 
     render: tuple[str, ...] = ()
     perception: tuple[str, ...] = ()
-    enrolment: Enrolment | None = None
+    registration: WorkerRegistration | None = None
     security: Security = LOCAL_ONLY
 
 
 class Connections:
-    """Open for as long as the process needs eyes; `on_orphaned` is called once if its orchestrator is gone for good."""
+    """Open while the process needs workers; `on_orphaned` is called once if the orchestrator is gone for good."""
 
-    def __init__(self, config: RunConfig, workers: Workers, on_orphaned: Callable[[], None]) -> None:
+    def __init__(self, config: RunConfig, workers: WorkerAccess, on_orphaned: Callable[[], None]) -> None:
         timeouts = Timeouts.from_config(config.timeouts)
         self.incarnation = new_incarnation()
         with ExitStack() as opened:
             security = workers.security
             self._render = opened.enter_context(_pool(workers.render, Role.RENDER, timeouts, security))
             self._perception = opened.enter_context(_pool(workers.perception, Role.PERCEPTION, timeouts, security))
-            self._enrolled = workers.enrolment is not None
-            if workers.enrolment is not None:
+            self._enrolled = workers.registration is not None
+            if workers.registration is not None:
                 membership = opened.enter_context(
-                    _membership(workers.enrolment, self.incarnation, on_orphaned, timeouts, security)
+                    _membership(workers.registration, self.incarnation, on_orphaned, timeouts, security)
                 )
                 membership.follow(self._render, Role.RENDER)
                 membership.follow(self._perception, Role.PERCEPTION)
             # Only now: the connections' threads keep theirs, so that an update does not hold up the next pictures.
             let_others_go_first()
             self._opened = opened.pop_all()
-        self.eyes = RemoteEyes(self._render, self._perception)
+        self.sensor = RemoteSensor(self._render, self._perception)
 
     def wait_ready(self) -> None:
         """Wait until there is somebody to see with: all of the workers, or with an orchestrator one of each role.
@@ -92,7 +92,7 @@ def _pool(addresses: tuple[str, ...], serves: Role, timeouts: Timeouts, security
 
 
 def _membership(
-    enrolment: Enrolment,
+    registration: WorkerRegistration,
     incarnation: str,
     on_orphaned: Callable[[], None],
     timeouts: Timeouts,
@@ -104,11 +104,11 @@ def _membership(
         address="",
         incarnation=incarnation,
         state=State.READY,
-        name=enrolment.name,
+        name=registration.name,
         pid=os.getpid(),
     )
     return Membership(
-        enrolment.orchestrator,
+        registration.orchestrator,
         describe=lambda: record,
         on_orphaned=on_orphaned,
         timeouts=timeouts,

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from gymnasium.vector import AutoresetMode
 
 from agent.environment.flight import Flight, succeeded
-from agent.environment.sensor import Eyes
+from agent.environment.sensor import Sensor
 from agent.environment.vector_hover import VectorHover
 from agent.intervals import mean_interval, rate_interval
 from agent.learning.policies import Policy
@@ -14,7 +14,7 @@ from protocol.records import Evaluation, PolicyScore
 
 
 def evaluate(
-    eyes: Eyes, config: RunConfig, policies: Mapping[str, Policy], episodes: int, on_step: Callable[[int], None]
+    sensor: Sensor, config: RunConfig, policies: Mapping[str, Policy], episodes: int, on_step: Callable[[int], None]
 ) -> Evaluation:
     """Let each policy fly the episodes of the seeds from `first_seed` on.
 
@@ -25,19 +25,19 @@ def evaluate(
     seeds = range(first, first + episodes)
     threshold = config.environment.success_threshold
     scores = [
-        score(name, list(fly(eyes, config.environment, policy, seeds, on_step)), threshold)
+        score(name, list(fly(sensor, config.environment, policy, seeds, on_step)), threshold)
         for name, policy in policies.items()
     ]
     return Evaluation(first_seed=first, success_threshold=threshold, scores=tuple(scores))
 
 
 def fly(
-    eyes: Eyes, config: EnvironmentConfig, policy: Policy, seeds: Sequence[int], on_step: Callable[[int], None]
+    sensor: Sensor, config: EnvironmentConfig, policy: Policy, seeds: Sequence[int], on_step: Callable[[int], None]
 ) -> Iterator[Flight]:
     """The finished flights of the seeds, in their order; `num_envs` at a time."""
     for first in range(0, len(seeds), config.num_envs):
         wave = seeds[first : first + config.num_envs]
-        env = VectorHover(eyes, len(wave), config, split="test", autoreset_mode=AutoresetMode.DISABLED)
+        env = VectorHover(sensor, len(wave), config, split="test", autoreset_mode=AutoresetMode.DISABLED)
         observations, _ = env.reset(seed=wave)
         while not all(flight.over for flight in env.flights):
             observations, *_ = env.step(policy(observations, env.flights))

@@ -10,7 +10,7 @@ from msgspec import Struct
 from agent.checkpointing.journal import Journal
 from agent.environment.stages import StageMedians
 from agent.flight_log import FlightLog
-from agent.throughput import Pace
+from agent.throughput import Throughput
 from protocol.config import RunConfig
 from protocol.records import Phase, Progress, Stage
 
@@ -44,14 +44,14 @@ class Logbook:
         self._policy = policy
         self._steps = steps
         self._step = done
-        self._pace = Pace(self._clocks.steady, done)
+        self._throughput = Throughput(self._clocks.steady, done)
         self._written = self._clocks.steady()
 
     def enter(self, drones: int, infos: Mapping[str, Any], learned: Mapping[str, float], learning: float) -> None:
         """A step of every drone: its infos, the learner's statistics, and the seconds that learning took."""
         self._step += drones
         self._flown += drones
-        self._pace.reached(self._step)
+        self._throughput.reached(self._step)
         self._time(infos, learning / drones)
         for name, value in learned.items():
             self._gathered[name].append(value)
@@ -72,7 +72,7 @@ class Logbook:
                 step=self._step,
                 steps=self._steps,
                 episodes=self.flights.count,
-                steps_per_second=self._pace.steps_per_second,
+                steps_per_second=self._throughput.steps_per_second,
                 episode_return=self.flights.mean_return,
                 uncertainty=self.flights.mean_uncertainty,
                 stages=self.stages,
@@ -120,7 +120,7 @@ class Logbook:
         values = {name: statistics.fmean(gathered) for name, gathered in self._gathered.items()}
         self._gathered.clear()
         values |= {f"Seconds a step / {stage}": seconds for stage, seconds in self.stages.items()}
-        values["Training / Steps a second"] = self._pace.steps_per_second
+        values["Training / Steps a second"] = self._throughput.steps_per_second
         for name, mean in (("return", self.flights.mean_return), ("uncertainty", self.flights.mean_uncertainty)):
             if mean is not None:
                 values[f"Flights / Mean {name}"] = mean

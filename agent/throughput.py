@@ -7,7 +7,7 @@ _WINDOW = 10.0
 """Seconds."""
 
 
-class Pace:
+class Throughput:
     """Counts steps against a clock in seconds.
 
     Args:

@@ -30,7 +30,7 @@ from protocol.client.pending import Pending
 from protocol.config import EnvironmentConfig
 from protocol.frame import ENCODINGS, Encoding
 from protocol.messages import Observe, Render, Role, SampleScene
-from protocol.observation import FilterState, Observation
+from protocol.pose_estimate import FilterState, PoseEstimate
 from protocol.scene import Scene
 from protocol.security import Security, load_credentials
 from tests.deployment.hosts import Hosts, why_not
@@ -69,7 +69,7 @@ class Flight:
         self._filter = FilterState.initial((*scene.position, EnvironmentConfig().target_height))
         self._steps = 0
 
-    def step(self, perceiver: Client) -> Callable[[], Observation]:
+    def step(self, perceiver: Client) -> Callable[[], PoseEstimate]:
         """Ask for the next step; what is returned waits for it."""
         view = Viewpoint(distance=2.0 + 0.1 * (self._steps % 20), angle=9.0 * self._steps)
         self._steps += 1
@@ -77,7 +77,7 @@ class Flight:
         pending = perceiver.submit(Observe(scene=self._scene, camera=camera, filter=self._filter))
         return lambda: self._take(pending)
 
-    def _take(self, pending: Pending[Observation]) -> Observation:
+    def _take(self, pending: Pending[PoseEstimate]) -> PoseEstimate:
         observation = pending.result()
         self._filter = observation.filter
         return observation
@@ -92,7 +92,7 @@ def legs(perceivers: Mapping[Encoding, Client], scenes: Sequence[Scene], seconds
     for count in FLIGHTS:
         for encoding, perceiver in perceivers.items():
             flights = [Flight(scene) for scene in scenes[:count]]
-            seen: list[Observation] = []
+            seen: list[PoseEstimate] = []
             begun = time.perf_counter()
             while len(seen) < 3 * count or (time.perf_counter() - begun < seconds and len(seen) < longest * count):
                 seen += [wait() for wait in [flight.step(perceiver) for flight in flights]]
@@ -102,7 +102,7 @@ def legs(perceivers: Mapping[Encoding, Client], scenes: Sequence[Scene], seconds
             yield Leg(encoding=encoding, flights=count, rate=rate, way=way, packing=packing)
 
 
-def _seconds(observation: Observation, *stages: str) -> float:
+def _seconds(observation: PoseEstimate, *stages: str) -> float:
     return sum(observation.timings.get(stage, 0.0) for stage in stages)
 
 

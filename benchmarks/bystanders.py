@@ -34,7 +34,7 @@ from protocol.arrays import BoolArray, Float64Array, UInt8Array
 from protocol.camera import Camera, project
 from protocol.config import RunConfig, settled
 from protocol.messages import Render
-from protocol.observation import FilterState, Observation
+from protocol.pose_estimate import FilterState, PoseEstimate
 from protocol.scene import Scene
 from protocol.skeleton import Joint
 from render_worker.renderer import Renderer, open_renderer
@@ -61,13 +61,13 @@ class View(NamedTuple):
 
     scene: Scene
     camera: Camera
-    alone: Observation
-    alone_masked: Observation
-    both: Observation
-    both_masked: Observation
-    tracked_alone: Observation
-    tracked: Observation
-    tracked_from_first: Observation
+    alone: PoseEstimate
+    alone_masked: PoseEstimate
+    both: PoseEstimate
+    both_masked: PoseEstimate
+    tracked_alone: PoseEstimate
+    tracked: PoseEstimate
+    tracked_from_first: PoseEstimate
 
 
 class Figures(Struct, frozen=True):
@@ -157,7 +157,7 @@ def is_hiding(view: View) -> bool:
     return bool((view.alone.visible != view.both.visible).any())
 
 
-def is_of_person(camera: Camera, observation: Observation) -> bool:
+def is_of_person(camera: Camera, observation: PoseEstimate) -> bool:
     """Whether the keypoints are the person's, and not the bystander's or nobody's."""
     truth = _truth(observation)
     pixels = project(truth, camera)
@@ -174,7 +174,7 @@ def compared_joints(view: View) -> BoolArray:
 
 
 def figures(
-    observations: Iterable[Observation], references: Iterable[Observation], joints: Sequence[BoolArray]
+    observations: Iterable[PoseEstimate], references: Iterable[PoseEstimate], joints: Sequence[BoolArray]
 ) -> Figures:
     """The figures over the chosen joints of each observation."""
     rows = [
@@ -193,7 +193,7 @@ def figures(
     )
 
 
-def _truth(observation: Observation) -> Float64Array:
+def _truth(observation: PoseEstimate) -> Float64Array:
     if observation.joints is None:
         raise ValueError("the observation came without the truth that was asked for")
     return observation.joints

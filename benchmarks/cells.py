@@ -36,7 +36,7 @@ from protocol.arrays import Float64Array
 from protocol.config import EnvironmentConfig, PerceptionConfig, RunConfig, settled
 from protocol.frame import Frame
 from protocol.messages import Render
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from render_worker.renderer import open_renderer
 from render_worker.scenes import sample_scene
 

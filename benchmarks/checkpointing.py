@@ -17,7 +17,7 @@ import numpy as np
 from msgspec import Struct
 from rich.console import Console
 
-from agent.checkpointing.append_only_file import GrowingFile
+from agent.checkpointing.append_only_file import AppendOnlyFile
 from agent.checkpointing.checkpoint import REPLAY, Content, Grown
 from agent.checkpointing.checkpoints import Checkpoints
 from agent.checkpointing.replay_journal import ReplayJournal
@@ -48,7 +48,7 @@ def measure(directory: Path, transitions: int, checkpoints: int) -> Cost:
     learner = make_learner(config.learner, config.environment, seed=0)
     store, rng = Checkpoints(directory / "checkpoints", config), np.random.default_rng(0)
     with ReplayJournal(directory / REPLAY, drones) as journal:
-        episodes = GrowingFile(directory / "episodes.jsonl")
+        episodes = AppendOnlyFile(directory / "episodes.jsonl")
 
         def fly(steps: int) -> None:
             for _ in range(steps):

@@ -25,7 +25,7 @@ from protocol.camera import project
 from protocol.config import PerceptionConfig, RunConfig
 from protocol.errors import InvalidInput
 from protocol.messages import Observe
-from protocol.observation import Observation
+from protocol.pose_estimate import PoseEstimate
 from protocol.skeleton import Joint
 
 TOLERANCE = 0.05
@@ -61,7 +61,7 @@ class Detection(Struct, frozen=True):
     quality_of_hidden: float
 
 
-def finding(request: Observe, observation: Observation) -> Finding:
+def finding(request: Observe, observation: PoseEstimate) -> Finding:
     """Compare an observation with the truth that came with it.
 
     Raises:

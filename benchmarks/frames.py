@@ -33,8 +33,8 @@ from protocol.arrays import AnyArray
 from protocol.config import RunConfig
 from protocol.frame import Frame
 from protocol.messages import Observe, Perceive, Render
-from protocol.observation import Observation
 from protocol.packing.lossless import compress_colours, compress_depth, decompress_colours, decompress_depth
+from protocol.pose_estimate import PoseEstimate
 from protocol.skeleton import weighted_uncertainty
 
 QUALITIES = (80, 90, 95)
@@ -220,7 +220,7 @@ class Effect(Struct, frozen=True):
     found: float
 
 
-def effect(requests: Sequence[Observe], before: Sequence[Observation], after: Sequence[Observation]) -> Effect:
+def effect(requests: Sequence[Observe], before: Sequence[PoseEstimate], after: Sequence[PoseEstimate]) -> Effect:
     """Compare what was seen with what is seen now."""
 
     def stacked(name: str) -> tuple[Array, Array]:
@@ -279,7 +279,7 @@ def changes(height: int, width: int) -> dict[str, Callable[[Frame], Frame]]:
 def effects(pair: WorkerPair, requests: Sequence[Observe], frames: Sequence[Frame]) -> dict[str, Effect]:
     """What each change does to what the network makes of the frames."""
     height, width = frames[0].depth.shape
-    seen: dict[str, list[Observation]] = {}
+    seen: dict[str, list[PoseEstimate]] = {}
     for name, change in changes(height, width).items():
         pairs = zip(requests, map(change, frames), strict=True)
         looks = [Perceive(frame=frame, filter=request.filter) for request, frame in pairs]

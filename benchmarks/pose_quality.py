@@ -10,7 +10,7 @@ from benchmarks.detection import finding
 from protocol.arrays import BoolArray, Float64Array
 from protocol.errors import InvalidInput
 from protocol.messages import Observe
-from protocol.observation import Observation
+from protocol.pose_estimate import PoseEstimate
 from protocol.skeleton import Joint
 
 BEHIND = 120.0
@@ -93,7 +93,7 @@ class Figures(Struct, frozen=True):
     nobody: float
 
 
-def estimate(view: View, observation: Observation) -> Estimate:
+def estimate(view: View, observation: PoseEstimate) -> Estimate:
     """Compare an observation with the truth that came with it.
 
     Raises:

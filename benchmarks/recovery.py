@@ -20,7 +20,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from rich.console import Console
 
-from agent.environment.sensor import RemoteEyes
+from agent.environment.sensor import RemoteSensor
 from agent.environment.vector_hover import VectorHover
 from agent.learning.policies import scripted
 from benchmarks.machine import machine_kind
@@ -30,7 +30,7 @@ from orchestrator.run.socket_directory import socket_directory
 from orchestrator.session import Session
 from orchestrator.stop_request import StopRequest, stop_on_signals
 from orchestrator.supervision.fleet import Fleet
-from orchestrator.supervision.launch_plan import Launch, addresses, registry_address, worker_launches
+from orchestrator.supervision.launch import Launch, addresses, registry_address, worker_launches
 from orchestrator.supervision.registry import Registry, serve_registry
 from orchestrator.supervision.supervisor import Supervisor
 from protocol.client.pool import Pool
@@ -106,7 +106,7 @@ def crew(config: RunConfig, display: Display, stop: StopRequest) -> Generator[tu
         render, perception = (
             stack.enter_context(_pool(workers, role, timeouts)) for role in (Role.RENDER, Role.PERCEPTION)
         )
-        yield supervised, VectorHover(RemoteEyes(render, perception), config=config.environment)
+        yield supervised, VectorHover(RemoteSensor(render, perception), config=config.environment)
 
 
 def _pool(workers: Sequence[Launch], role: Role, timeouts: Timeouts) -> Pool:

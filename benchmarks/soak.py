@@ -77,7 +77,7 @@ class Memory:
         self._display.show(Snapshot(activity=self.activity, elapsed=self.elapsed, progress=run.progress.last))
         if self.elapsed >= self._next:
             self._next = self.elapsed + SAMPLE_EVERY
-            for process in run.crew.alive():
+            for process in run.children.alive():
                 self._take(process.name, process.pid)
             if run.orchestrator_pid is not None:
                 self._take("orchestrator", run.orchestrator_pid)
@@ -196,7 +196,7 @@ def _soak_in(
     with RehearsedRun(config_path, folder / "run", settings.timeouts, stop, memory) as run:
         struck = soak(run, memory, minutes=options.minutes, every=options.every, seed=options.seed)
         run.stop_in_order()
-        restarts = run.crew.restarts | {"orchestrator": run.resumes}
+        restarts = run.children.restarts | {"orchestrator": run.resumes}
     if options.samples is not None:
         options.samples.write_bytes(msgspec.json.Encoder().encode_lines(memory.samples))
     console.print(f"machine: {machine_kind()}")

@@ -23,7 +23,7 @@ from protocol.client.client import Client
 from protocol.config import RunConfig
 from protocol.message import Request
 from protocol.messages import Observe, Render, SampleScene
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 
 
 def transport_seconds(client: Client, request: Callable[[int], Request[Any]], calls: int) -> list[float]:

@@ -28,7 +28,7 @@ from orchestrator.pictures.view import a_step_before, camera_at
 from protocol import Client, Timeouts
 from protocol.config import RunConfig
 from protocol.messages import Observe, Role, SampleScene
-from protocol.observation import FilterState, Observation
+from protocol.pose_estimate import FilterState, PoseEstimate
 
 OWN = Path(__file__).resolve().parents[1]
 PICTURES = 4
@@ -81,7 +81,7 @@ def requests(renderer: Client, frames: int, config: RunConfig) -> Iterator[Obser
             camera = a_step_before(camera, environment, rng)
 
 
-def differences(one: Observation, other: Observation) -> list[str]:
+def differences(one: PoseEstimate, other: PoseEstimate) -> list[str]:
     """The names of what two observations do not have the same, to the bit."""
     here, there = _flat(asdict(one)), _flat(asdict(other))
     return sorted(name for name in here.keys() | there.keys() if here.get(name) != there.get(name))

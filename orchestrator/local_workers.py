@@ -13,7 +13,7 @@ from orchestrator.run.socket_directory import socket_directory
 from orchestrator.session import Session
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
-from orchestrator.supervision.launch_plan import Launch, registry_address, worker_launches
+from orchestrator.supervision.launch import Launch, registry_address, worker_launches
 from orchestrator.supervision.registry import Registry, serve_registry
 from orchestrator.supervision.supervisor import Supervisor
 from protocol.config import RunConfig

@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from orchestrator.errors import Interrupted
-from orchestrator.hosting.remote_workers import NOBODY_ELSEWHERE, Elsewhere
+from orchestrator.hosting.remote_workers import NOBODY_ELSEWHERE, RemoteWorkers
 from orchestrator.monitoring.live_display import Display, FrameCount, Snapshot
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
-from orchestrator.supervision.launch_plan import Launch
+from orchestrator.supervision.launch import Launch
 from orchestrator.supervision.log_warnings import LogWarnings
 from orchestrator.supervision.supervised_process import IsDone
 from orchestrator.supervision.supervisor import Supervisor
@@ -29,7 +29,7 @@ class Session:
     Args:
         progress: how far the agent is; None before its first word.
         log: the orchestrator's own, whose warnings are shown as well.
-        elsewhere: who works for the run and is none of the supervisor's.
+        remote_workers: who works for the run and is none of the supervisor's.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class Session:
         stop: StopRequest,
         progress: Callable[[], Progress | None] = lambda: None,
         log: Path | None = None,
-        elsewhere: Elsewhere = NOBODY_ELSEWHERE,
+        remote_workers: RemoteWorkers = NOBODY_ELSEWHERE,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._fleet = fleet
@@ -48,7 +48,7 @@ class Session:
         self._display = display
         self._stop = stop
         self._progress = progress
-        self._elsewhere = elsewhere
+        self._remote_workers = remote_workers
         self._clock = clock
         self._began = clock()
         self._said_before = progress()
@@ -85,7 +85,7 @@ class Session:
             ProcessFailed, Interrupted: as `start_workers`.
         """
         deadline = self._clock() + startup
-        while waiting := self._elsewhere.waits_for():
+        while waiting := self._remote_workers.waits_for():
             if self._clock() >= deadline:
                 raise DeadlineExceeded(f"waited {startup:g} s (timeouts.startup) in vain for {waiting}{self._others()}")
             self._stop.check()
@@ -108,7 +108,7 @@ class Session:
                 self._show(f"stopping {launch.name}", at_once=True)
                 self._fleet.stop_agents()
                 raise Interrupted(f"{activity} was stopped on request")
-            self._elsewhere.check()
+            self._remote_workers.check()
             self._supervisor.look()
             self._show(activity)
             self._stop.nap(LOOK)
@@ -118,7 +118,7 @@ class Session:
     def attend(self, activity: str, progress: FrameCount | None = None) -> None:
         """Look after the workers once, while somebody waits for what they answer; errors as `start_workers`."""
         self._stop.check()
-        self._elsewhere.check()
+        self._remote_workers.check()
         self._supervisor.look()
         self._show(activity, progress=progress)
 
@@ -131,13 +131,13 @@ class Session:
                 activity=activity,
                 elapsed=self._clock() - self._began,
                 progress=progress or self._news(),
-                workers=(*self._elsewhere.health(), *self._supervisor.health()),
+                workers=(*self._remote_workers.health(), *self._supervisor.health()),
                 warning=self._warnings.last(),
             )
         )
 
     def _others(self) -> str:
-        there = ", ".join(f"{one.name} is {one.state}" for one in self._elsewhere.health())
+        there = ", ".join(f"{one.name} is {one.state}" for one in self._remote_workers.health())
         return f" ({there})" if there else ""
 
     def _news(self) -> Progress | None:

@@ -16,7 +16,7 @@ from orchestrator.errors import RunBusy
 from orchestrator.hosting.joining import Join, JoinedHost, dismiss
 from orchestrator.hosting.remote_workers import NOBODY_ELSEWHERE
 from orchestrator.monitoring.live_display import Display, Snapshot
-from orchestrator.monitoring.telemetry import Watch
+from orchestrator.monitoring.telemetry import Monitors
 from orchestrator.run.ending import Ending, ending_by
 from orchestrator.run.run_directory import RunDirectory
 from orchestrator.run.run_log import run_log
@@ -24,7 +24,7 @@ from orchestrator.run.socket_directory import run_sockets, sockets_of
 from orchestrator.session import Session
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import AGENT_PATIENCE, WORKER_PATIENCE, Fleet, end_processes
-from orchestrator.supervision.launch_plan import (
+from orchestrator.supervision.launch import (
     TRAINING,
     Evaluate,
     Launch,
@@ -54,7 +54,7 @@ class Job(Struct, frozen=True, eq=False):
     is_done: IsDone
 
 
-class Cast(Struct, frozen=True, eq=False):
+class LaunchPlan(Struct, frozen=True, eq=False):
     """Every process that a run may need, as it is started, and what is to be done now.
 
     Attributes:
@@ -76,7 +76,7 @@ class Cast(Struct, frozen=True, eq=False):
         )
 
 
-def train(run: RunDirectory, *, watch: Watch, stop: StopRequest, join: Join | None = None) -> None:
+def train(run: RunDirectory, *, monitors: Monitors, stop: StopRequest, join: Join | None = None) -> None:
     """Train on a new run, and fly its evaluation with the same workers if it is to have one.
 
     Args:
@@ -91,15 +91,15 @@ def train(run: RunDirectory, *, watch: Watch, stop: StopRequest, join: Join | No
         HostNotTold: all is done, and it does not know.
     """
     with _at_work(run) as sockets:
-        cast = _cast_to_finish(run, sockets, join)
+        plan = _cast_to_finish(run, sockets, join)
         # Who serves at our sockets now was started on another run of this path, and has loaded what that was told.
-        left_behind = LeftBehind((), (*cast.workers, *cast.agents), ())
+        left_behind = LeftBehind((), (*plan.workers, *plan.agents), ())
         with _noting_its_end(run, join):
-            _perform(run, sockets, cast, left_behind, watch, stop)
-        _dismiss(run, join, watch.display, stop)
+            _perform(run, sockets, plan, left_behind, monitors, stop)
+        _dismiss(run, join, monitors.display, stop)
 
 
-def resume(run: RunDirectory, *, watch: Watch, stop: StopRequest, join: Join | None = None) -> None:
+def resume(run: RunDirectory, *, monitors: Monitors, stop: StopRequest, join: Join | None = None) -> None:
     """Bring a run to its end from wherever it stands; nothing is done, nor written, where it is there already.
 
     Raises:
@@ -108,13 +108,13 @@ def resume(run: RunDirectory, *, watch: Watch, stop: StopRequest, join: Join | N
     """
     if _is_over(run, join):
         # Whoever did it may have been killed before it could say so.
-        _dismiss(run, join, watch.display, stop)
+        _dismiss(run, join, monitors.display, stop)
         return
     with _at_work(run) as sockets:
-        cast = _cast_to_finish(run, sockets, join)
-        with _noting_its_end(run, join) if cast.jobs else nullcontext():
-            _perform(run, sockets, cast, _left_behind(run, cast), watch, stop)
-        _dismiss(run, join, watch.display, stop)
+        plan = _cast_to_finish(run, sockets, join)
+        with _noting_its_end(run, join) if plan.jobs else nullcontext():
+            _perform(run, sockets, plan, _left_behind(run, plan), monitors, stop)
+        _dismiss(run, join, monitors.display, stop)
 
 
 def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopRequest) -> None:
@@ -129,12 +129,12 @@ def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopR
         evaluation = evaluation_launch(run.path, workers, sockets, what)
         before = run.evaluation()
         job = Job(evaluation, "evaluation", lambda: run.is_evaluated_since(before))
-        cast = Cast(workers, (training, evaluation), (job,))
-        left_behind = _left_behind(run, cast)
+        plan = LaunchPlan(workers, (training, evaluation), (job,))
+        left_behind = _left_behind(run, plan)
         if any(found.launch.name == TRAINING for found in left_behind.in_the_way):
             resumption = f"'orchestrator resume {run.path}'"
             raise RunBusy(f"the training of {run.path} goes on without its orchestrator; take it up by {resumption}")
-        _perform(run, sockets, cast, left_behind, Watch(display), stop)
+        _perform(run, sockets, plan, left_behind, Monitors(display), stop)
 
 
 @contextmanager
@@ -146,11 +146,11 @@ def _at_work(run: RunDirectory) -> Generator[Path]:
 
 def _is_over(run: RunDirectory, join: Join | None) -> bool:
     """Whether nothing is to be done and nobody to be ended: then looking is enough, and needs no right to write."""
-    cast = _cast_to_finish(run, sockets_of(run.path), join)
-    return not cast.jobs and not _left_behind(run, cast).in_the_way
+    plan = _cast_to_finish(run, sockets_of(run.path), join)
+    return not plan.jobs and not _left_behind(run, plan).in_the_way
 
 
-def _cast_to_finish(run: RunDirectory, sockets: Path, join: Join | None) -> Cast:
+def _cast_to_finish(run: RunDirectory, sockets: Path, join: Join | None) -> LaunchPlan:
     """What it takes to bring a run to its end."""
     workers, training = _workers_and_training(run, sockets, join)
     evaluation = evaluation_launch(run.path, workers, sockets, Evaluate(), join.options if join else ())
@@ -159,7 +159,7 @@ def _cast_to_finish(run: RunDirectory, sockets: Path, join: Join | None) -> Cast
         jobs.append(Job(training, "training", run.is_trained))
     if run.plan().evaluate and not (run.is_trained() and run.is_evaluated()):
         jobs.append(Job(evaluation, "evaluation", run.is_evaluated))
-    return Cast(workers, (training, evaluation), tuple(jobs), join)
+    return LaunchPlan(workers, (training, evaluation), tuple(jobs), join)
 
 
 def _workers_and_training(run: RunDirectory, sockets: Path, join: Join | None) -> tuple[tuple[Launch, ...], Launch]:
@@ -169,8 +169,8 @@ def _workers_and_training(run: RunDirectory, sockets: Path, join: Join | None) -
     return workers, training_launch(run.path, workers, sockets)
 
 
-def _left_behind(run: RunDirectory, cast: Cast) -> LeftBehind:
-    return LeftBehind(run.processes(), (*cast.workers, *cast.agents), cast.adoptable())
+def _left_behind(run: RunDirectory, plan: LaunchPlan) -> LeftBehind:
+    return LeftBehind(run.processes(), (*plan.workers, *plan.agents), plan.adoptable())
 
 
 @contextmanager
@@ -197,20 +197,20 @@ def _note(run: RunDirectory, ending: Ending) -> None:
 
 
 def _perform(
-    run: RunDirectory, sockets: Path, cast: Cast, left_behind: LeftBehind, watch: Watch, stop: StopRequest
+    run: RunDirectory, sockets: Path, plan: LaunchPlan, left_behind: LeftBehind, monitors: Monitors, stop: StopRequest
 ) -> None:
     """Do the jobs, one after the other, with the same workers."""
     _end(left_behind, run.logs, stop)
-    if not cast.jobs:
+    if not plan.jobs:
         return
-    with _crew(run, sockets, cast.join, left_behind, watch, stop) as session:
-        first = cast.jobs[0]
+    with _crew(run, sockets, plan.join, left_behind, monitors, stop) as session:
+        first = plan.jobs[0]
         if left_behind.has(first.launch):
             # Before anything can go wrong or be stopped: whoever is in care is brought to its end with the others.
             session.start(first.launch, first.is_done)
-        session.start_workers(cast.workers)
+        session.start_workers(plan.workers)
         session.wait_for_others(run.config().timeouts.startup)
-        for job in cast.jobs:
+        for job in plan.jobs:
             session.run(job.launch, job.activity, job.is_done)
 
 
@@ -220,16 +220,16 @@ def _crew(
     sockets: Path,
     join: Join | None,
     left_behind: LeftBehind,
-    watch: Watch,
+    monitors: Monitors,
     stop: StopRequest,
 ) -> Generator[Session]:
     """A session on the run; no process of it is left when this ends."""
     config = run.config()
     timeouts = Timeouts.from_config(config.timeouts)
     with ExitStack() as held:
-        elsewhere = NOBODY_ELSEWHERE if join is None else held.enter_context(JoinedHost(join, run.name, timeouts))
-        registry = Registry(timeouts.liveness, beyond=elsewhere.lookup)
-        held.enter_context(serve_registry(registry, registry_address(sockets), timeouts, watch.registry))
+        remote_workers = NOBODY_ELSEWHERE if join is None else held.enter_context(JoinedHost(join, run.name, timeouts))
+        registry = Registry(timeouts.liveness, beyond=remote_workers.lookup)
+        held.enter_context(serve_registry(registry, registry_address(sockets), timeouts, monitors.registry))
         fleet = held.enter_context(Fleet(run.logs, stop, run.write_processes, sockets=sockets))
         supervisor = held.enter_context(
             Supervisor(
@@ -241,10 +241,10 @@ def _crew(
                 left_behind=left_behind,
                 past=run.restarts(),
                 on_restart=run.note_restart,
-                lacks=elsewhere.lacks,
+                lacks=remote_workers.lacks,
             )
         )
-        yield Session(fleet, supervisor, watch.display, stop, run.progress, run.orchestrator_log, elsewhere)
+        yield Session(fleet, supervisor, monitors.display, stop, run.progress, run.orchestrator_log, remote_workers)
 
 
 def _dismiss(run: RunDirectory, join: Join | None, display: Display, stop: StopRequest) -> None:

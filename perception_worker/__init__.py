@@ -1,4 +1,4 @@
-"""Estimates a person's 3D pose and how sure it is: `perceive(frame, filter) -> Observation`.
+"""Estimates a person's 3D pose and how sure it is: `perceive(frame, filter) -> PoseEstimate`.
 
 `perceive.py` puts the stages in a row: `region.py` (what the network sees), `network.py` (heatmaps and keypoints,
 whichever network it is; `backend.py` opens one), `lifting.py` (into the world), `qoe.py` (quality), `kalman.py` (the

@@ -11,7 +11,7 @@ import numpy as np
 
 from protocol.arrays import Float64Array
 from protocol.joint_arrays import FARTHEST, MOST_VARIANCE
-from protocol.observation import BASE_PROCESS_NOISES, FilterRule, FilterState
+from protocol.pose_estimate import BASE_PROCESS_NOISES, FilterRule, FilterState
 
 PROCESS_NOISE_GROWTH: dict[FilterRule, float] = {"quality": 0.001, "variance": 0.001}
 """m² added to a joint's process noise by each frame that doesn't locate it."""

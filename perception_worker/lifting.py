@@ -16,7 +16,7 @@ from perception_worker.median import median
 from protocol.arrays import AnyArray, Float64Array
 from protocol.camera import Camera, back_project
 from protocol.config import PerceptionConfig
-from protocol.observation import Lifting
+from protocol.pose_estimate import Lifting
 
 NEAREST, FARTHEST = 1.5, 15.0
 """Metres. Depth outside of this range is not believed."""

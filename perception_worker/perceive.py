@@ -20,11 +20,11 @@ from protocol.arrays import Float64Array
 from protocol.camera import Camera
 from protocol.config import PerceptionConfig, Profile, settled
 from protocol.frame import Frame
-from protocol.observation import Evidence, FilterState, Lifting, Observation, Reading
+from protocol.pose_estimate import Evidence, FilterState, Lifting, PoseEstimate, Reading
 
 
 class _Placed(NamedTuple):
-    """Joints in the world, and what is known of how far off they are; see `Observation`."""
+    """Joints in the world, and what is known of how far off they are; see `PoseEstimate`."""
 
     points: Float64Array
     expected_error: Float64Array | None
@@ -62,7 +62,7 @@ class Perceiver:
         heatmaps: bool = False,
         liftings: Sequence[Lifting] = (),
         evidence: bool = False,
-    ) -> Observation:
+    ) -> PoseEstimate:
         """Estimate the pose in a frame at hand; see `observe`.
 
         Args:
@@ -79,7 +79,7 @@ class Perceiver:
         heatmaps: bool = False,
         liftings: Sequence[Lifting] = (),
         evidence: bool = False,
-    ) -> Observation:
+    ) -> PoseEstimate:
         """Estimate the pose in what a camera sees.
 
         Args:
@@ -112,7 +112,7 @@ class Perceiver:
         with watch.stage("filter"):
             observed = placed.points if filter_state.rule == "variance" else _seen_alone(placed.points, sight)
             updated = kalman.update(filter_state, observed, quality.combined, placed.variance)
-        return Observation(
+        return PoseEstimate(
             keypoints=sight.keypoints,
             points=placed.points,
             mass=quality.mass,

@@ -29,10 +29,10 @@ from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.frame import ENCODINGS, Frame
 from protocol.messages import Observe, Perceive, Role
 from protocol.named_files import with_absolute_paths
-from protocol.observation import FilterState, Observation
+from protocol.pose_estimate import FilterState, PoseEstimate
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import add_security_options, security_of
-from protocol.server.worker_registration import ADVERTISE_HELP, Enrolment, enrolment_of
+from protocol.server.worker_registration import ADVERTISE_HELP, WorkerRegistration, registration_of
 from protocol.system import logs
 from protocol.system.exit_code import ExitCode, logged_exit_code_of
 from protocol.telemetry.endpoint import Endpoint, add_http_options, endpoint_of
@@ -67,7 +67,7 @@ class PerceptionHandlers:
         self._clock = clock
         self._frames = RenderedFrames(renderers, deadline=render_deadline, encoding=frames, clock=clock)
 
-    def perceive(self, request: Perceive) -> Observation:
+    def perceive(self, request: Perceive) -> PoseEstimate:
         """Estimate the pose in a frame at hand.
 
         Raises:
@@ -75,7 +75,7 @@ class PerceptionHandlers:
         """
         return self._estimate(HeldPictures(opened_by(self._clock, request.frame)), request)
 
-    def observe(self, request: Observe) -> Observation:
+    def observe(self, request: Observe) -> PoseEstimate:
         """Have a scene rendered and estimate the pose in it.
 
         Raises:
@@ -84,7 +84,7 @@ class PerceptionHandlers:
         """
         return self._estimate(self._frames.of(request), request)
 
-    def _estimate(self, pictures: Pictures, request: Perceive | Observe) -> Observation:
+    def _estimate(self, pictures: Pictures, request: Perceive | Observe) -> PoseEstimate:
         return self._perceiver.observe(
             pictures,
             request.filter,
@@ -103,7 +103,7 @@ def run(
     *,
     bind: str,
     render: Sequence[str],
-    membership: Enrolment | None = None,
+    membership: WorkerRegistration | None = None,
     failpoint: Failpoint = no_failpoint,
     security: Security = LOCAL_ONLY,
     http: Endpoint | None = None,
@@ -234,7 +234,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _config(chosen),
             bind=chosen.bind,
             render=chosen.render,
-            membership=enrolment_of(chosen),
+            membership=registration_of(chosen),
             failpoint=failpoint_of(os.environ),
             security=security_of(chosen, os.environ),
             http=endpoint_of(chosen, os.environ),

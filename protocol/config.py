@@ -37,7 +37,7 @@ from protocol.errors import InvalidConfig, LimitExceeded
 from protocol.frame import Encoding
 from protocol.limits import require_picture_travels
 from protocol.named_files import NamedFile
-from protocol.observation import Lifting
+from protocol.pose_estimate import Lifting
 
 FrameEncoding: TypeAlias = Literal["auto", Encoding]
 Profile: TypeAlias = Literal["thesis", "vantage"]

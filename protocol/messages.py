@@ -11,7 +11,7 @@ from msgspec import Meta, Struct
 from protocol.camera import Camera
 from protocol.frame import Encoding, Frame
 from protocol.message import Reply, Request
-from protocol.observation import FilterState, Lifting, Observation
+from protocol.pose_estimate import FilterState, Lifting, PoseEstimate
 from protocol.quantities import Interval, Tally
 from protocol.region import Region, require_in_picture
 from protocol.scene import MOST_BYSTANDERS, Poses, Scene, Split
@@ -132,7 +132,7 @@ class Render(Request[Frame], frozen=True, eq=False, kw_only=True):
             require_in_picture(self.region, self.camera.intrinsics)
 
 
-class Perceive(Request[Observation], frozen=True, eq=False, kw_only=True):
+class Perceive(Request[PoseEstimate], frozen=True, eq=False, kw_only=True):
     """Estimate the pose in a frame at hand, as a camera or a recording sends it.
 
     Attributes:
@@ -147,7 +147,7 @@ class Perceive(Request[Observation], frozen=True, eq=False, kw_only=True):
     evidence: bool = False
 
 
-class Observe(Request[Observation], frozen=True, eq=False, kw_only=True):
+class Observe(Request[PoseEstimate], frozen=True, eq=False, kw_only=True):
     """Have a scene rendered and estimate the pose in it; the frame goes from renderer to perceiver, and no further.
 
     Attributes:
@@ -258,5 +258,5 @@ MESSAGE_NUMBERS: dict[type[Request[Any]] | type[Reply], int] = {
     Frame: 19,
     Perceive: 20,
     Observe: 21,
-    Observation: 22,
+    PoseEstimate: 22,
 }

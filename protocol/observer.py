@@ -24,7 +24,7 @@ class Finished(Struct, frozen=True, kw_only=True):
         request: its type's name.
         outcome: `failed` where its handler took it and came to nothing, `refused` where no handler saw it.
         code: the failure's, see `protocol.failure`; empty for an answer.
-        queue: seconds that it waited for a handler; None where it was turned away at the door.
+        queue: seconds that it waited for a handler; None where it was turned away at the monitor.
         compute: seconds that its handler took; None where none saw it.
     """
 

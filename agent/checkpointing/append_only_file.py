@@ -24,7 +24,7 @@ class FileMark(Struct, frozen=True):
     sha256: str
 
 
-class GrowingFile:
+class AppendOnlyFile:
     """Open for adding; what is there past `length` bytes is cut off. Every error of the disk is an OSError."""
 
     def __init__(self, path: Path, length: int = 0) -> None:

@@ -23,7 +23,7 @@ from agent.checkpointing.checkpoint import (
     write_files,
     write_manifest,
 )
-from agent.checkpointing.resume_fingerprint import essentials, require_same
+from agent.checkpointing.resume_fingerprint import fingerprint, require_same
 from agent.errors import NewerFormat, NoWholeCheckpoint
 from protocol.artifact import sync_directory, whole_directory
 from protocol.config import RunConfig
@@ -102,7 +102,7 @@ class Checkpoints:
             format=FORMAT,
             step=content.step,
             mean_return=content.mean_return,
-            config=essentials(self._config),
+            config=fingerprint(self._config),
             files=files,
             grown=grown,
         )

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Self
 import msgspec
 from msgspec.structs import replace
 
-from agent.checkpointing.append_only_file import FileMark, GrowingFile
+from agent.checkpointing.append_only_file import AppendOnlyFile, FileMark
 from agent.observer import NOBODY
 from protocol.artifact import whole_file
 from protocol.records import Episode, Evaluation, Progress, Summary
@@ -51,8 +51,8 @@ class Journal:
         self._run = run
         self._on_progress = on_progress
         self._flown = flown
-        self._progress = GrowingFile(run / _PROGRESS, _length_of(run / _PROGRESS))
-        self._episodes = GrowingFile(run / EPISODES, _length_of(run / EPISODES) if episodes is None else episodes)
+        self._progress = AppendOnlyFile(run / _PROGRESS, _length_of(run / _PROGRESS))
+        self._episodes = AppendOnlyFile(run / EPISODES, _length_of(run / EPISODES) if episodes is None else episodes)
         self._curves: SummaryWriter | None = None
         self._failing = False
         self._process = own_start()
@@ -143,7 +143,7 @@ def write_record(path: Path, record: Summary | Evaluation) -> None:
         aside.write_bytes(msgspec.json.format(msgspec.json.encode(record)) + b"\n")
 
 
-def _add_line(file: GrowingFile, record: Progress | Episode) -> None:
+def _add_line(file: AppendOnlyFile, record: Progress | Episode) -> None:
     file.add(msgspec.json.encode(record) + b"\n")
 
 

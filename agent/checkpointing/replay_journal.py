@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from agent.checkpointing.append_only_file import FileMark, GrowingFile, require_intact
+from agent.checkpointing.append_only_file import AppendOnlyFile, FileMark, require_intact
 from agent.environment.spaces import ACTION_SIZE, OBSERVATION_SIZE
 from agent.learning.learner import Transition
 from protocol.artifact import sync_directory
@@ -62,7 +62,7 @@ class ReplayJournal:
         self._type = row_type(drones)
         self._segment_bytes = max(segment_bytes, self._type.itemsize)
         self._finished = list(segments[:-1])
-        self._open: list[tuple[str, GrowingFile]] = []
+        self._open: list[tuple[str, AppendOnlyFile]] = []
         kept = {segment.name for segment in segments}
         for path in directory.iterdir():
             if path.name not in kept:
@@ -123,7 +123,7 @@ class ReplayJournal:
     def _begin(self, length: int) -> None:
         """Open the next segment, which has so many bytes already."""
         name = f"{len(self._finished) + len(self._open):06d}.bin"
-        self._open.append((name, GrowingFile(self._directory / name, length)))
+        self._open.append((name, AppendOnlyFile(self._directory / name, length)))
 
 
 def _transition(rows: NDArray[Any]) -> Transition:

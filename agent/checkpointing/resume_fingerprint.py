@@ -29,7 +29,7 @@ _OF_NO_MATTER = (
 )
 
 
-def essentials(config: RunConfig) -> dict[str, Any]:
+def fingerprint(config: RunConfig) -> dict[str, Any]:
     """Those settings as plain values, nested as in the configuration; checksums of files stand for their paths."""
     settings = msgspec.to_builtins(with_content(config, config.artifacts))
     for name in _OF_NO_MATTER:
@@ -45,13 +45,13 @@ def require_same(recorded: dict[str, Any], config: RunConfig, whose: str) -> Non
         OtherConfig: they are not; the message names what differs.
     """
     try:
-        before = essentials(msgspec.convert(recorded, RunConfig))
+        before = fingerprint(msgspec.convert(recorded, RunConfig))
     except msgspec.ValidationError as error:
         raise OtherConfig(f"{whose} is of another configuration: {error}") from error
     paths = {setting.name for setting in path_settings(config)}
     differing = [
         f"{name} was {old!r}, is {new!r}"
-        for (name, old), (_, new) in zip(_settings(before), _settings(essentials(config)), strict=True)
+        for (name, old), (_, new) in zip(_settings(before), _settings(fingerprint(config)), strict=True)
         if old != new and not (name in paths and _may_be_same(old, new))
     ]
     if differing:

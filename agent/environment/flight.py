@@ -14,7 +14,7 @@ from agent.environment.workspace import moved, outcome_of, random_start
 from protocol.arrays import Float64Array
 from protocol.camera import Camera, CameraPose, Intrinsics, Vector3
 from protocol.config import EnvironmentConfig
-from protocol.observation import FilterState, Observation
+from protocol.pose_estimate import FilterState, PoseEstimate
 from protocol.records import Outcome
 from protocol.scene import Scene
 from protocol.skeleton import JOINT_COUNT, weighted_uncertainty
@@ -81,12 +81,12 @@ def move(config: EnvironmentConfig, flight: Flight, velocity: Float64Array) -> F
     return replace(flight, position=position, outcome=outcome, steps=steps)
 
 
-def see(flight: Flight, observation: Observation) -> Flight:
+def with_observation(flight: Flight, observation: PoseEstimate) -> Flight:
     """The flight after a picture."""
     return replace(flight, filter=observation.filter, quality=observation.quality)
 
 
-def earn(config: EnvironmentConfig, flight: Flight) -> tuple[Flight, float]:
+def with_reward(config: EnvironmentConfig, flight: Flight) -> tuple[Flight, float]:
     """The flight with the reward of its last step added to its total, and that reward."""
     reward = step_reward(
         config, flight.scene, flight.position, flight.filter.variance, flight.steps, ended_badly=flight.ended_badly

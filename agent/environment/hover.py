@@ -7,10 +7,10 @@ import numpy as np
 from gymnasium.error import ResetNeeded
 
 from agent.environment.episode_seeds import drawn_seed, require_seed
-from agent.environment.flight import Flight, camera_of, earn, move, see, take_off
+from agent.environment.flight import Flight, camera_of, move, take_off, with_observation, with_reward
 from agent.environment.made_with import require_no_rendering, require_split
 from agent.environment.reset_options import require_no_options
-from agent.environment.sensor import Eyes
+from agent.environment.sensor import Sensor
 from agent.environment.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
 from agent.environment.stages import StageTimes, times_of
 from protocol.arrays import Float32Array
@@ -30,7 +30,7 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
 
     def __init__(
         self,
-        eyes: Eyes,
+        sensor: Sensor,
         config: EnvironmentConfig | None = None,
         split: Split = "train",
         render_mode: str | None = None,
@@ -48,7 +48,7 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
         self.config = config or EnvironmentConfig()
         self.observation_space = observation_space()
         self.action_space = action_space()
-        self._eyes = eyes
+        self._sensor = sensor
         self._split: Split = split
         self.flight: Flight | None = None
 
@@ -65,7 +65,7 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
         given = None if seed is None else require_seed(seed)
         super().reset(seed=given)
         episode_seed = drawn_seed(self.np_random) if given is None else given
-        flight = take_off(self.config, episode_seed, self._eyes.sample(episode_seed, self._split))
+        flight = take_off(self.config, episode_seed, self._sensor.sample(episode_seed, self._split))
         self.flight, times = self._look(flight)
         return observed(self.flight), info_of(self.flight, times)
 
@@ -80,13 +80,13 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
             raise ResetNeeded("the episode is over, or none was begun: call reset() first")
         flight = move(self.config, self.flight, require_actions(action, (ACTION_SIZE,)))
         flight, times = (flight, StageTimes({})) if flight.ended_badly else self._look(flight)
-        flight, reward = earn(self.config, flight)
+        flight, reward = with_reward(self.config, flight)
         self.flight = flight
         return observed(flight), reward, flight.ended_badly, flight.outcome == "truncated", info_of(flight, times)
 
     def _look(self, flight: Flight) -> tuple[Flight, StageTimes]:
-        look = self._eyes.look(flight.scene, camera_of(self.config, flight), flight.filter)
-        return see(flight, look.result()), times_of(look)
+        look = self._sensor.look(flight.scene, camera_of(self.config, flight), flight.filter)
+        return with_observation(flight, look.result()), times_of(look)
 
 
 def info_of(flight: Flight, times: StageTimes) -> dict[str, Any]:

@@ -2,19 +2,19 @@
 
 from msgspec import Struct
 
-from agent.environment.flight import Flight, camera_of, see
-from agent.environment.sensor import Eyes
+from agent.environment.flight import Flight, camera_of, with_observation
+from agent.environment.sensor import Sensor
 from agent.environment.stages import StageTimes, times_of
 from protocol.client.pending import Pending
 from protocol.config import EnvironmentConfig
-from protocol.observation import Observation
+from protocol.pose_estimate import PoseEstimate
 
 
 class Looking(Struct, frozen=True, eq=False):
     """A flight and the picture that it waits for, if any."""
 
     flight: Flight
-    look: Pending[Observation] | None = None
+    look: Pending[PoseEstimate] | None = None
 
     def landed(self) -> tuple[Flight, StageTimes]:
         """The flight with its picture, and the stages that the picture took.
@@ -24,11 +24,11 @@ class Looking(Struct, frozen=True, eq=False):
         """
         if self.look is None:
             return self.flight, StageTimes({})
-        return see(self.flight, self.look.result()), times_of(self.look)
+        return with_observation(self.flight, self.look.result()), times_of(self.look)
 
 
-def look_from(flight: Flight, eyes: Eyes, config: EnvironmentConfig) -> Looking:
+def look_from(flight: Flight, sensor: Sensor, config: EnvironmentConfig) -> Looking:
     """Start a flight's picture, unless the flight ended badly."""
     if flight.ended_badly:
         return Looking(flight)
-    return Looking(flight, eyes.look(flight.scene, camera_of(config, flight), flight.filter))
+    return Looking(flight, sensor.look(flight.scene, camera_of(config, flight), flight.filter))

@@ -6,24 +6,24 @@ from protocol.camera import Camera
 from protocol.client.pending import Pending
 from protocol.client.pool import Pool
 from protocol.messages import Observe, SampleScene
-from protocol.observation import FilterState, Observation
+from protocol.pose_estimate import FilterState, PoseEstimate
 from protocol.scene import Scene, Split
 
 
-class Eyes(Protocol):
+class Sensor(Protocol):
     """What an environment needs of the outside world."""
 
     def sample(self, seed: int, split: Split) -> Scene:
         """The scene of a seed; always the same one."""
         ...
 
-    def look(self, scene: Scene, camera: Camera, filter_state: FilterState) -> Pending[Observation]:
+    def look(self, scene: Scene, camera: Camera, filter_state: FilterState) -> Pending[PoseEstimate]:
         """Start to take a picture and to estimate the pose in it; many may be under way at once."""
         ...
 
 
-class RemoteEyes:
-    """Eyes that are worker processes. The pools stay their owner's to close."""
+class RemoteSensor:
+    """A sensor made of worker processes. The pools stay their owner's to close."""
 
     def __init__(self, render: Pool, perception: Pool) -> None:
         self._render = render
@@ -33,10 +33,10 @@ class RemoteEyes:
         """Ask a render worker for the scene of a seed."""
         return self._render.call(SampleScene(seed=seed, split=split)).scene
 
-    def look(self, scene: Scene, camera: Camera, filter_state: FilterState) -> Pending[Observation]:
+    def look(self, scene: Scene, camera: Camera, filter_state: FilterState) -> Pending[PoseEstimate]:
         """Ask a perception worker for an observation; it has the picture rendered."""
         return self._perception.submit(Observe(scene=scene, camera=camera, filter=filter_state))
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> "RemoteEyes":
+    def __deepcopy__(self, memo: dict[int, Any]) -> "RemoteSensor":
         # Gymnasium copies an environment's arguments when it makes another like it; connections can only be shared.
         return self

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import get_args
 
 from protocol.client.pending import Pending
-from protocol.observation import Observation
+from protocol.pose_estimate import PoseEstimate
 from protocol.records import Stage
 
 
@@ -39,7 +39,7 @@ class StageTimes(Mapping[Stage, float]):
         return f"StageTimes({self._seconds})"
 
 
-def times_of(look: Pending[Observation]) -> StageTimes:
+def times_of(look: Pending[PoseEstimate]) -> StageTimes:
     """The stages of a picture that has come back; `transport` is that of both hops, and of packing on the way."""
     measured = look.result().timings
     stages: tuple[Stage, ...] = get_args(Stage)

@@ -17,13 +17,13 @@ from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from agent.environment.episode_seeds import GivenSeed, drawn_seed, episode_seed, require_seeds
-from agent.environment.flight import Flight, earn, move, take_off
+from agent.environment.flight import Flight, move, take_off, with_reward
 from agent.environment.flight_state import flight_of, flight_state
 from agent.environment.hover import info_of
 from agent.environment.looking import Looking, look_from
 from agent.environment.made_with import require_autoreset, require_drones, require_no_rendering, require_split
 from agent.environment.reset_options import reset_mask
-from agent.environment.sensor import Eyes
+from agent.environment.sensor import Sensor
 from agent.environment.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
 from agent.environment.stages import StageTimes
 from agent.environment.upcoming import Upcoming
@@ -70,7 +70,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
 
     def __init__(
         self,
-        eyes: Eyes,
+        sensor: Sensor,
         num_envs: int | None = None,
         config: EnvironmentConfig | None = None,
         split: Split = "train",
@@ -99,7 +99,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.flights: tuple[Flight, ...] = ()
-        self._eyes = eyes
+        self._sensor = sensor
         self._split: Split = split
         self._follows = mode is AutoresetMode.SAME_STEP
         self._run_seed = 0
@@ -321,11 +321,11 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         return self._looking(self._taken_off(episode_seed(self._run_seed, number)))
 
     def _taken_off(self, seed: int) -> Flight:
-        return take_off(self.config, seed, self._eyes.sample(seed, self._split))
+        return take_off(self.config, seed, self._sensor.sample(seed, self._split))
 
     def _land(self, step: _UnderWay) -> _Landed:
         flight, times = step.looking.landed()
-        flight, reward = earn(self.config, flight) if step.flew else (flight, 0.0)
+        flight, reward = with_reward(self.config, flight) if step.flew else (flight, 0.0)
         following = step.following.landed() if step.following else None
         observation = observed(following[0] if following else flight)
         return _Landed(flight, reward, step.flew, times, following, observation)
@@ -340,4 +340,4 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         return infos
 
     def _looking(self, flight: Flight) -> Looking:
-        return look_from(flight, self._eyes, self.config)
+        return look_from(flight, self._sensor, self.config)

@@ -18,7 +18,7 @@ from perception_worker.look import Look
 from perception_worker.perceive import Perceiver
 from protocol.config import PerceptionConfig, RunConfig, settled
 from protocol.frame import Frame
-from protocol.observation import FilterState, Observation
+from protocol.pose_estimate import FilterState, PoseEstimate
 
 STAGES = ("infer", "decode", "lift", "qoe", "filter")
 
@@ -33,17 +33,17 @@ def frames_of(file: Path, count: int) -> Iterator[tuple[Frame, FilterState]]:
         yield Frame(rgb=rgb, depth=depth, camera=camera), FilterState.initial((*scene.position, height))
 
 
-def observed(look: Look, config: PerceptionConfig, frames: Iterator[tuple[Frame, FilterState]]) -> list[Observation]:
+def observed(look: Look, config: PerceptionConfig, frames: Iterator[tuple[Frame, FilterState]]) -> list[PoseEstimate]:
     """Every frame looked at twice, the second time with a filter that has seen the person, as in a flight."""
     perceiver = Perceiver(look, config, calibration=open_calibration(config))
-    found: list[Observation] = []
+    found: list[PoseEstimate] = []
     for frame, fresh in frames:
         known = perceiver.perceive(frame, fresh).filter
         found.append(perceiver.perceive(frame, known, heatmaps=True))
     return found
 
 
-def arrays_of(observations: Sequence[Observation]) -> dict[str, NDArray[Any]]:
+def arrays_of(observations: Sequence[PoseEstimate]) -> dict[str, NDArray[Any]]:
     """What is compared of observations, one after the other."""
     return {
         "heatmaps": _side_by_side([one.heatmaps for one in observations if one.heatmaps is not None]),

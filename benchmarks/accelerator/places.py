@@ -6,7 +6,7 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from orchestrator.supervision.launch_plan import PROCESS_ENVIRONMENT
+from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 
 _DRIVER_DIRECTORIES = (
     "/etc/glvnd/egl_vendor.d",

@@ -16,10 +16,10 @@ class Comparison(Struct, frozen=True, kw_only=True):
 
     Attributes:
         weights, episodes, replay: whether these are the same to the byte.
-        transitions: in the untouched run's replay journal; none where the learner keeps no journal.
-        lost: transitions of the untouched run that this one has not, or not as often. They are told apart by the rows
+        transitions: in the control run's replay journal; none where the learner keeps no journal.
+        lost: transitions of the control run that this one has not, or not as often. They are told apart by the rows
             of the journal, each a step of all drones.
-        doubled: transitions that this one has more often than the untouched run, or that are not in that at all.
+        doubled: transitions that this one has more often than the control run, or that are not in that at all.
         differences: the first difference of each file that is not the same.
     """
 
@@ -37,20 +37,20 @@ class Comparison(Struct, frozen=True, kw_only=True):
         return self.weights and self.episodes and self.replay
 
 
-def compare(untouched: Path, touched: Path, *, rows: int, drones: int) -> Comparison:
+def compare(control_run: Path, touched: Path, *, rows: int, drones: int) -> Comparison:
     """Compare two run directories.
 
     Args:
-        rows: how many the untouched run's journal has, each a step of so many drones.
+        rows: how many the control run's journal has, each a step of so many drones.
 
     Raises:
-        RehearsalFailed: the untouched run's journal has another number of rows.
+        RehearsalFailed: the control run's journal has another number of rows.
     """
-    weights = _difference(untouched, touched, WEIGHTS)
-    episodes = _difference(untouched, touched, EPISODES)
-    segments = [_difference(untouched, touched, name) for name in _segments(untouched, touched)]
-    size = row_bytes(untouched / REPLAY, rows)
-    expected, found = row_counts(untouched / REPLAY, size), row_counts(touched / REPLAY, size)
+    weights = _difference(control_run, touched, WEIGHTS)
+    episodes = _difference(control_run, touched, EPISODES)
+    segments = [_difference(control_run, touched, name) for name in _segments(control_run, touched)]
+    size = row_bytes(control_run / REPLAY, rows)
+    expected, found = row_counts(control_run / REPLAY, size), row_counts(touched / REPLAY, size)
     differences = (weights, episodes, *segments)
     return Comparison(
         weights=weights is None,
@@ -69,19 +69,19 @@ def _segments(*runs: Path) -> list[str]:
     return sorted(found)
 
 
-def _difference(untouched: Path, touched: Path, name: str) -> str | None:
+def _difference(control_run: Path, touched: Path, name: str) -> str | None:
     """Where the files differ first, in words; None where they are the same."""
-    missing = [run for run in (untouched, touched) if not (run / name).is_file()]
+    missing = [run for run in (control_run, touched) if not (run / name).is_file()]
     if missing:
         return f"{name} is missing in {' and '.join(map(str, missing))}"
-    for offset, expected, found in _chunks(untouched / name, touched / name):
+    for offset, expected, found in _chunks(control_run / name, touched / name):
         if expected != found:
             return f"{name} differs from byte {offset + _first_difference(expected, found)} on"
     return None
 
 
-def _chunks(untouched: Path, touched: Path) -> Iterator[tuple[int, bytes, bytes]]:
-    with untouched.open("rb") as expected, touched.open("rb") as found:
+def _chunks(control_run: Path, touched: Path) -> Iterator[tuple[int, bytes, bytes]]:
+    with control_run.open("rb") as expected, touched.open("rb") as found:
         offset = 0
         while True:
             pair = expected.read(CHUNK), found.read(CHUNK)

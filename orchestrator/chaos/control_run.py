@@ -13,7 +13,7 @@ from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.run.run_directory import RunDirectory, resolved_toml
 from orchestrator.run.versions import collect_versions
 from orchestrator.stop_request import StopRequest
-from orchestrator.supervision.launch_plan import PROCESS_ENVIRONMENT
+from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 from protocol.config import RunConfig
 from protocol.config_file import load_config, with_checksums
 
@@ -21,7 +21,7 @@ SOURCES = {".py", ".vert", ".frag"}
 ROOMS = ("protocol", "render_worker", "perception_worker", "agent", "orchestrator")
 
 
-class Untouched(Struct, frozen=True):
+class ControlRun(Struct, frozen=True):
     """A whole run.
 
     Attributes:
@@ -34,7 +34,7 @@ class Untouched(Struct, frozen=True):
     reused: bool
 
 
-def untouched_run(config: Path, runs: Path, stop: StopRequest, show: Callable[[RehearsedRun], None]) -> Untouched:
+def control_run(config: Path, runs: Path, stop: StopRequest, show: Callable[[RehearsedRun], None]) -> ControlRun:
     """The run of a configuration as it is, from `runs` if the same code has flown it there.
 
     Raises:
@@ -42,14 +42,14 @@ def untouched_run(config: Path, runs: Path, stop: StopRequest, show: Callable[[R
         RehearsalFailed: it did not come to its end by itself.
     """
     settings = load_config(config)
-    directory = RunDirectory(runs / f"untouched-{identity(settings)}")
+    directory = RunDirectory(runs / f"control-{identity(settings)}")
     reused = directory.is_trained()
     if not reused:
         _remove_unfinished(directory)
         with RehearsedRun(config, directory.path, settings.timeouts, stop, show) as run:
             run.begin()
             run.finish()
-    return Untouched(directory, _steps(directory), reused)
+    return ControlRun(directory, _steps(directory), reused)
 
 
 def _remove_unfinished(directory: RunDirectory) -> None:
@@ -62,7 +62,7 @@ def _steps(directory: RunDirectory) -> int:
     progress = ProgressLog(directory.progress_path)
     progress.read()
     if not directory.is_trained() or not progress.is_done:
-        raise RehearsalFailed(f"the untouched run {directory.path} has ended before its training was done")
+        raise RehearsalFailed(f"the control run {directory.path} has ended before its training was done")
     return progress.step
 
 
@@ -80,5 +80,5 @@ def _sources() -> Iterator[Path]:
     chaos = Path(__file__).parent
     for room in ROOMS:
         paths = sorted((chaos.parents[1] / room).rglob("*"))
-        # We ourselves only watch an untouched run.
+        # We ourselves only watch a control run.
         yield from (path for path in paths if path.suffix in SOURCES and chaos not in path.parents)

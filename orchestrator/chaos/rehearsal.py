@@ -9,7 +9,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from orchestrator.chaos.comparison import compare
-from orchestrator.chaos.control_run import Untouched, untouched_run
+from orchestrator.chaos.control_run import ControlRun, control_run
 from orchestrator.chaos.errors import InvariantBroken, RunEnded
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.chaos.report import ChaosReport, PlayedFault, by_class
@@ -53,13 +53,13 @@ def rehearse(order: Order, display: Display, stop: StopRequest) -> ChaosReport:
         Interrupted: somebody asked us to stop; nothing is left running.
     """
     begun = time.monotonic()
-    show = Shown(display, "flying untouched, to compare with")
-    untouched = untouched_run(order.config, order.runs, stop, show)
+    show = Shown(display, "flying without faults, to compare with")
+    control = control_run(order.config, order.runs, stop, show)
     config = load_config(order.config)
     drones = config.environment.num_envs
-    schedule = plan(order.seed, order.faults, tuple(order.scenarios), untouched.steps, drones=drones)
+    schedule = plan(order.seed, order.faults, tuple(order.scenarios), control.steps, drones=drones)
     touched = order.runs / f"seed-{order.seed}-{datetime.now():%Y%m%d-%H%M%S}"
-    rehearsed = rehearsal_config(config, order.faults, untouched.steps)
+    rehearsed = rehearsal_config(config, order.faults, control.steps)
     config_path = touched.with_name(touched.name + ".toml")
     config_path.write_bytes(resolved_toml(rehearsed))
     with RehearsedRun(config_path, touched, rehearsed.timeouts, stop, show) as run:
@@ -67,7 +67,7 @@ def rehearse(order: Order, display: Display, stop: StopRequest) -> ChaosReport:
         player.play(schedule)
         show.activity = "flying to the end"
         run.finish()
-        return _report(order, untouched, run, player, drones, time.monotonic() - begun)
+        return _report(order, control, run, player, drones, time.monotonic() - begun)
 
 
 class Shown:
@@ -161,9 +161,9 @@ def _broken(invariant: Callable[[], None]) -> str | None:
 
 
 def _report(
-    order: Order, untouched: Untouched, run: RehearsedRun, player: Player, drones: int, seconds: float
+    order: Order, control: ControlRun, run: RehearsedRun, player: Player, drones: int, seconds: float
 ) -> ChaosReport:
-    comparison = compare(untouched.directory.path, run.directory.path, rows=untouched.steps // drones, drones=drones)
+    comparison = compare(control.directory.path, run.directory.path, rows=control.steps // drones, drones=drones)
     summary = run.directory.summary()
     unhurt = not player.not_played and not any(fault.broken for fault in player.played)
     return ChaosReport(
@@ -176,9 +176,9 @@ def _report(
         not_played=tuple(player.not_played),
         retries=summary.retries if summary else 0,
         late_replies=summary.late_replies if summary else 0,
-        restarts=run.crew.restarts | {"orchestrator": run.resumes},
-        untouched=str(untouched.directory.path),
-        untouched_reused=untouched.reused,
+        restarts=run.children.restarts | {"orchestrator": run.resumes},
+        control_run=str(control.directory.path),
+        control_run_reused=control.reused,
         touched=str(run.directory.path),
         seconds=seconds,
     )

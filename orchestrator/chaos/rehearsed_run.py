@@ -12,12 +12,12 @@ from types import TracebackType
 
 from orchestrator.chaos.errors import NotRecovered, RehearsalFailed, RunEnded
 from orchestrator.chaos.progress_log import ProgressLog
-from orchestrator.chaos.scenarios.children import MARK, Crew, end, marked
+from orchestrator.chaos.scenarios.children import MARK, Children, end, marked
 from orchestrator.run.json_lines import last_lines
 from orchestrator.run.run_directory import ProcessRecord, RunDirectory
 from orchestrator.run.socket_directory import sockets_of
 from orchestrator.stop_request import StopRequest
-from orchestrator.supervision.launch_plan import module_command
+from orchestrator.supervision.launch import module_command
 from orchestrator.supervision.process_handle import creation_time
 from orchestrator.supervision.worker_process import ending
 from protocol.config import TimeoutsConfig
@@ -52,7 +52,7 @@ class RehearsedRun:
     ) -> None:
         self.directory = RunDirectory(path)
         self.timeouts = timeouts
-        self.crew = Crew(self.directory)
+        self.children = Children(self.directory)
         self.progress = ProgressLog(self.directory.progress_path)
         self.failpoints = Failpoints(_beside(path, ".failpoints"))
         self.resumes = 0
@@ -131,7 +131,7 @@ class RehearsedRun:
         """
         self._stop.check()
         self.progress.read()
-        self.crew.alive()
+        self.children.alive()
         self._show(self)
         code = self._orchestrator.poll() if self._orchestrator else None
         if code:
@@ -171,13 +171,13 @@ class RehearsedRun:
 
     def member(self, role: Role, chance: float) -> ProcessRecord:
         """One of the living processes of a role, which one as `chance` in [0, 1) has it; waits until there is one."""
-        self.wait(lambda: bool(self.crew.alive(role)), f"a process for {role.value} was there")
-        alive = self.crew.alive(role)
+        self.wait(lambda: bool(self.children.alive(role)), f"a process for {role.value} was there")
+        alive = self.children.alive(role)
         return alive[int(chance * len(alive))]
 
     def successor(self, process: ProcessRecord) -> ProcessRecord | None:
         """Who runs under the process's name in its place."""
-        same_name = (other for other in self.crew.alive() if other.name == process.name)
+        same_name = (other for other in self.children.alive() if other.name == process.name)
         return next((other for other in same_name if other.life != process.life), None)
 
     def stop_in_order(self) -> None:

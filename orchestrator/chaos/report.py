@@ -47,7 +47,7 @@ class ChaosReport(Struct, frozen=True, kw_only=True):
         not_played: faults that never happened, each with the reason.
         retries, late_replies: as the agent's last process counted them.
         restarts: of each process.
-        untouched_reused: whether the untouched run was there already, of the same configuration and code.
+        control_run_reused: whether the control run was there already, of the same configuration and code.
     """
 
     config: str
@@ -60,8 +60,8 @@ class ChaosReport(Struct, frozen=True, kw_only=True):
     retries: int
     late_replies: int
     restarts: dict[str, int]
-    untouched: str
-    untouched_reused: bool
+    control_run: str
+    control_run_reused: bool
     touched: str
     seconds: float
 
@@ -98,7 +98,7 @@ def report_view(report: ChaosReport) -> RenderableType:
         *(Text(f"not played: {words}", "red") for words in report.not_played),
         _classes_table(report.classes),
         Text(_counts(report), "dim"),
-        Text(f"untouched: {report.untouched}{' (flown before)' if report.untouched_reused else ''}"),
+        Text(f"control run: {report.control_run}{' (flown before)' if report.control_run_reused else ''}"),
         Text(f"touched: {report.touched}"),
     ]
     return Group(*lines)

@@ -38,7 +38,7 @@ from orchestrator.monitoring.telemetry import host_telemetry, run_telemetry
 from orchestrator.run.run_directory import Plan, RunDirectory, default_run_path, newest_run
 from orchestrator.run.versions import collect_versions, installed_version
 from orchestrator.stop_request import stop_on_signals
-from orchestrator.supervision.launch_plan import PROCESS_ENVIRONMENT, Evaluate
+from orchestrator.supervision.launch import PROCESS_ENVIRONMENT, Evaluate
 from orchestrator.terminal.command_group import FAILED, Sentences
 from orchestrator.terminal.console import open_console
 from orchestrator.terminal.output import print_json, print_line, show
@@ -130,14 +130,17 @@ def train(
         raise InvalidInput("--or-resume goes on with the run of a name; it needs --run")
     path = run or default_run_path(config, datetime.now())
     go_on = training.train
-    with at_work() as (display, stop), run_telemetry(endpoint(http, http_token), readable(path.name), display) as watch:
+    with (
+        at_work() as (display, stop),
+        run_telemetry(endpoint(http, http_token), readable(path.name), display) as monitors,
+    ):
         if or_resume and path.exists():
             directory, go_on = RunDirectory.open_for(path, settings), training.resume
             _require_planned(directory, evaluate)
         else:
             plan = Plan(evaluate=evaluate is not False)
             directory = RunDirectory.create(path, settings, collect_versions(PROCESS_ENVIRONMENT), plan)
-        ending = _ending_of(lambda: go_on(directory, watch=watch, stop=stop, join=joining))
+        ending = _ending_of(lambda: go_on(directory, monitors=monitors, stop=stop, join=joining))
     _print_training(directory, json, ending)
 
 
@@ -163,8 +166,8 @@ def resume(
     joining = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
     served = endpoint(http, http_token)
     directory.require_as_it_was()
-    with at_work() as (display, stop), run_telemetry(served, directory.name, display) as watch:
-        ending = _ending_of(lambda: training.resume(directory, watch=watch, stop=stop, join=joining))
+    with at_work() as (display, stop), run_telemetry(served, directory.name, display) as monitors:
+        ending = _ending_of(lambda: training.resume(directory, monitors=monitors, stop=stop, join=joining))
     _print_training(directory, json, ending)
 
 
@@ -193,9 +196,9 @@ def host(
     with (
         stop_on_signals() as stop,
         open_host_display(open_console(stderr=True)) as display,
-        host_telemetry(endpoint(http, http_token), bind, display) as watch,
+        host_telemetry(endpoint(http, http_token), bind, display) as monitors,
     ):
-        serve_host(order, display=watch.display, stop=stop, observer=watch.registry)
+        serve_host(order, display=monitors.display, stop=stop, observer=monitors.registry)
 
 
 @app.command(

@@ -20,7 +20,7 @@ from orchestrator.cli.options import (
 )
 from orchestrator.hosting.joining import Join, join_of
 from orchestrator.run.versions import collect_versions
-from orchestrator.supervision.launch_plan import PROCESS_ENVIRONMENT
+from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 from orchestrator.terminal.output import print_json, print_line
 from protocol.artifact import require_place
 from protocol.camera import DepthNoise
@@ -32,7 +32,7 @@ from protocol.scene import Split
 if TYPE_CHECKING:
     from orchestrator.experiments.directory import ExperimentDirectory
     from orchestrator.experiments.parts import Parts
-    from orchestrator.experiments.workers import Workers
+    from orchestrator.experiments.workers import WorkerPools
 
 experiment_app = typer.Typer(
     help="How far poses and their quality can be trusted, measured on many views.", no_args_is_help=True
@@ -170,7 +170,7 @@ def _complete(
     parts: "Parts",
     settings: RunConfig,
     host: Join | None,
-    observe: Callable[["Workers"], None],
+    observe: Callable[["WorkerPools"], None],
 ) -> None:
     """Have the parts of a table made that are missing, and the table of them."""
     from orchestrator.experiments.qoe import provenance

@@ -19,7 +19,7 @@ from orchestrator.cli.setup_command import run_setup
 from orchestrator.hosting.joining import Join, join_of
 from orchestrator.run.versions import collect_versions
 from orchestrator.stop_request import stop_on_signals
-from orchestrator.supervision.launch_plan import PROCESS_ENVIRONMENT
+from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 from protocol.config import RunConfig
 from protocol.config_file import load_config, with_checksums
 from protocol.errors import VantageError

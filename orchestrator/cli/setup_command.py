@@ -4,7 +4,7 @@ import subprocess
 
 from orchestrator.errors import Interrupted
 from orchestrator.stop_request import StopRequest
-from orchestrator.supervision.launch_plan import module_command
+from orchestrator.supervision.launch import module_command
 
 STOP_PATIENCE = 10.0
 """Seconds to clean up working files."""

@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 from orchestrator.doctor.check import Check
-from orchestrator.supervision.launch_plan import PROCESS_ENVIRONMENT, module_command
+from orchestrator.supervision.launch import PROCESS_ENVIRONMENT, module_command
 from orchestrator.supervision.worker_process import ending
 from protocol.system.refusal import reason
 

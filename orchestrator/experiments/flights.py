@@ -15,14 +15,14 @@ from orchestrator.experiments.figures.columns import SCHEMA, joint_columns, tabl
 from orchestrator.experiments.parts import Parts
 from orchestrator.experiments.qoe import Shot, frame_values, observe_request
 from orchestrator.experiments.views import SeededScene, View, ViewSet, family_of, identities_and_poses, scenes_of
-from orchestrator.experiments.workers import Rate, Workers
+from orchestrator.experiments.workers import Rate, WorkerPools
 from orchestrator.pictures.view import Viewpoint
 from protocol.arrays import AnyArray
 from protocol.camera import DepthNoise
 from protocol.config import EnvironmentConfig, RunConfig, settled
 from protocol.errors import InvalidInput
 from protocol.messages import Sampled, SampleScene
-from protocol.observation import FilterRule, FilterState, Observation
+from protocol.pose_estimate import FilterRule, FilterState, PoseEstimate
 
 Rows: TypeAlias = tuple[Mapping[str, object], Mapping[str, AnyArray]]
 Path: TypeAlias = Literal["circle", "front"]
@@ -124,13 +124,13 @@ def flight_parts(directory: ExperimentDirectory, flights: FlightSet) -> Parts:
     return Parts(directory.flights_path, len(courses(flights)))
 
 
-class Crew(Struct, frozen=True, eq=False):
+class FlightPools(Struct, frozen=True, eq=False):
     """What every flight of a set is flown with."""
 
     flights: FlightSet
     views: ViewSet
     config: RunConfig
-    workers: Workers
+    workers: WorkerPools
     scenes: Mapping[int, SeededScene]
     rate: Rate
 
@@ -151,7 +151,7 @@ class Crew(Struct, frozen=True, eq=False):
         return Shot(one, scene, request if carried is None else replace(request, filter=carried))
 
 
-def fly(parts: Parts, flights: FlightSet, views: ViewSet, config: RunConfig, workers: Workers) -> None:
+def fly(parts: Parts, flights: FlightSet, views: ViewSet, config: RunConfig, workers: WorkerPools) -> None:
     """Fly what is missing, and write each flight.
 
     Raises:
@@ -160,14 +160,14 @@ def fly(parts: Parts, flights: FlightSet, views: ViewSet, config: RunConfig, wor
     """
     missing = [course for course in courses(flights) if course.number in set(parts.missing())]
     rate = Rate(parts.count * flights.steps, (parts.count - len(missing)) * flights.steps)
-    crew = Crew(flights, views, config, workers, _scenes(flights, views, workers), rate)
+    pools = FlightPools(flights, views, config, workers, _scenes(flights, views, workers), rate)
     for begin in range(0, len(missing), AT_ONCE):
         side_by_side = missing[begin : begin + AT_ONCE]
-        for course, part in zip(side_by_side, _flown(side_by_side, crew), strict=True):
+        for course, part in zip(side_by_side, _flown(side_by_side, pools), strict=True):
             parts.write(course.number, part)
 
 
-def filter_columns(observation: Observation) -> dict[str, AnyArray]:
+def filter_columns(observation: PoseEstimate) -> dict[str, AnyArray]:
     """What the filter says of each joint after a picture."""
     state = observation.filter
     columns: dict[str, AnyArray] = {f"filter_{axis}": state.mean[:, index] for index, axis in enumerate("xyz")}
@@ -181,7 +181,7 @@ def filter_columns(observation: Observation) -> dict[str, AnyArray]:
     return columns
 
 
-def _scenes(flights: FlightSet, views: ViewSet, workers: Workers) -> Mapping[int, SeededScene]:
+def _scenes(flights: FlightSet, views: ViewSet, workers: WorkerPools) -> Mapping[int, SeededScene]:
     def ask(requests: Sequence[SampleScene]) -> Iterator[Sampled]:
         return workers.answers(workers.renderers, requests, "drawing scenes")
 
@@ -203,23 +203,23 @@ def scene_view(views: ViewSet, scene: int, viewpoint: Viewpoint) -> View:
     )
 
 
-def _flown(side_by_side: Sequence[Course], crew: Crew) -> Iterator[pa.Table]:
+def _flown(side_by_side: Sequence[Course], pools: FlightPools) -> Iterator[pa.Table]:
     """The tables of flights that are flown in step."""
-    capabilities = crew.workers.capabilities()
+    capabilities = pools.workers.capabilities()
     filters: dict[int, FilterState] = {}
     rows: dict[int, list[Rows]] = {course.number: [] for course in side_by_side}
-    for step, places in enumerate(zip(*map(crew.way, side_by_side), strict=True)):
+    for step, places in enumerate(zip(*map(pools.way, side_by_side), strict=True)):
         shots = [
-            crew.shot(course, place, filters.get(course.number))
+            pools.shot(course, place, filters.get(course.number))
             for course, place in zip(side_by_side, places, strict=True)
         ]
         requests = [shot.request for shot in shots]
-        answers = crew.workers.answers(crew.workers.perceivers, requests, "flying", crew.rate)
+        answers = pools.workers.answers(pools.workers.perceivers, requests, "flying", pools.rate)
         for course, shot, observation in zip(side_by_side, shots, answers, strict=True):
             filters[course.number] = observation.filter
             own: dict[str, object] = {"flight": course.number, "path": course.path, "step": step}
             joints = joint_columns(shot.request, observation) | filter_columns(observation)
             rows[course.number].append((own | frame_values(shot, capabilities), joints))
-            crew.rate.advance()
+            pools.rate.advance()
     for course in side_by_side:
         yield table_of(rows[course.number], SCHEMA_OF_FLIGHTS)

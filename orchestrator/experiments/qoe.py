@@ -12,14 +12,14 @@ from orchestrator.experiments.figures.columns import LIFTINGS, joint_columns, ta
 from orchestrator.experiments.parts import Parts
 from orchestrator.experiments.views import SeededScene, View, ViewSet, camera_of, scenes_of, view
 from orchestrator.experiments.views_directory import what_counts
-from orchestrator.experiments.workers import Rate, Workers
+from orchestrator.experiments.workers import Rate, WorkerPools
 from orchestrator.pictures.view import a_step_before
 from orchestrator.run.run_directory import plain_toml
 from orchestrator.run.versions import Versions
 from protocol.camera import DepthNoise
 from protocol.config import EnvironmentConfig, RunConfig, settled
 from protocol.messages import Observe, Sampled, SampleScene
-from protocol.observation import FilterRule, FilterState, Observation
+from protocol.pose_estimate import FilterRule, FilterState, PoseEstimate
 
 _BEFORE = 0xBEF0
 """Keeps the stream that the place before a view is drawn from apart from the view's own."""
@@ -38,7 +38,7 @@ def table_parts(directory: ExperimentDirectory, views: ViewSet) -> Parts:
     return Parts(directory.table_path, -(-views.frames // views.frames_a_part))
 
 
-def observe_views(parts: Parts, views: ViewSet, config: RunConfig, workers: Workers) -> None:
+def observe_views(parts: Parts, views: ViewSet, config: RunConfig, workers: WorkerPools) -> None:
     """Observe the views of every part that is missing, and write each part.
 
     Raises:
@@ -113,8 +113,8 @@ def _numbers(part: int, views: ViewSet) -> range:
 
 
 def _observed(
-    chosen: Sequence[View], views: ViewSet, config: RunConfig, workers: Workers, rate: Rate
-) -> Iterator[tuple[Shot, Observation]]:
+    chosen: Sequence[View], views: ViewSet, config: RunConfig, workers: WorkerPools, rate: Rate
+) -> Iterator[tuple[Shot, PoseEstimate]]:
     activity = f"observing {views.split} people"
 
     def ask(requests: Sequence[SampleScene]) -> Iterator[Sampled]:

@@ -16,7 +16,7 @@ from orchestrator.run.run_log import log_directory
 from orchestrator.session import Session
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
-from orchestrator.supervision.launch_plan import addresses
+from orchestrator.supervision.launch import addresses
 from orchestrator.supervision.supervisor import Supervisor
 from protocol.client.pending import Pending
 from protocol.client.pool import Pool
@@ -58,7 +58,7 @@ class Rate:
         return FrameCount(step=self._done, steps=self._steps, steps_per_second=speed)
 
 
-class Workers:
+class WorkerPools:
     """Pools of both roles; those who wait for their answers look after them."""
 
     def __init__(
@@ -133,7 +133,7 @@ def with_workers(config: RunConfig, perceivers: int) -> RunConfig:
 @contextmanager
 def experiment_workers(
     config: RunConfig, join: Join | None = None, *, display: Display, stop: StopRequest
-) -> Generator[Workers]:
+) -> Generator[WorkerPools]:
     """The workers that the configuration asks for, ready; none is left when this ends.
 
     Args:
@@ -153,19 +153,19 @@ def experiment_workers(
 
 
 @contextmanager
-def _started(config: RunConfig, timeouts: Timeouts, display: Display, stop: StopRequest) -> Generator[Workers]:
+def _started(config: RunConfig, timeouts: Timeouts, display: Display, stop: StopRequest) -> Generator[WorkerPools]:
     with (
         local_workers(config, timeouts, display=display, stop=stop) as (launches, session),
         _pool(Role.RENDER, timeouts, addresses(launches, Role.RENDER)) as renderers,
         _pool(Role.PERCEPTION, timeouts, addresses(launches, Role.PERCEPTION)) as perceivers,
     ):
-        yield Workers(renderers, perceivers, session)
+        yield WorkerPools(renderers, perceivers, session)
 
 
 @contextmanager
 def _joined(
     join: Join, config: RunConfig, timeouts: Timeouts, display: Display, stop: StopRequest
-) -> Generator[Workers]:
+) -> Generator[WorkerPools]:
     with (
         JoinedHost(join, "experiment", timeouts) as host,
         # Of nobody: what is elsewhere, others look after.
@@ -174,12 +174,12 @@ def _joined(
         _pool(Role.RENDER, timeouts, security=join.security) as renderers,
         _pool(Role.PERCEPTION, timeouts, security=join.security) as perceivers,
     ):
-        session = Session(fleet, supervisor, display, stop, elsewhere=host)
+        session = Session(fleet, supervisor, display, stop, remote_workers=host)
         session.wait_for_others(timeouts.startup)
         for pool, role in ((renderers, Role.RENDER), (perceivers, Role.PERCEPTION)):
             host.follow(pool, role)
             pool.wait_any_ready()
-        yield Workers(renderers, perceivers, session)
+        yield WorkerPools(renderers, perceivers, session)
 
 
 def _pool(serves: Role, timeouts: Timeouts, addresses: tuple[str, ...] = (), security: Security = LOCAL_ONLY) -> Pool:

@@ -22,7 +22,7 @@ class _Silent:
 
 @contextmanager
 def open_host_display(console: Console) -> Generator[Display]:
-    """A live view with the log above it where the console is a terminal, the log as JSON lines elsewhere."""
+    """A live view with the log above it where the console is a terminal, the log as JSON lines remote_workers."""
     if not console.is_terminal:
         with logging_to(json_lines_to(sys.stderr, Role.ORCHESTRATOR)):
             yield _Silent()

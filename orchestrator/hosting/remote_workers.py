@@ -7,7 +7,7 @@ from orchestrator.supervision.heartbeat import Health
 from protocol.messages import Role, WorkerRecord
 
 
-class Elsewhere(Protocol):
+class RemoteWorkers(Protocol):
     """What a run has to know of them."""
 
     def waits_for(self) -> str | None:
@@ -52,5 +52,5 @@ class _Nobody:
         return False
 
 
-NOBODY_ELSEWHERE: Elsewhere = _Nobody()
+NOBODY_ELSEWHERE: RemoteWorkers = _Nobody()
 """For a run whose processes are all started here."""

@@ -7,7 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from orchestrator.experiments.parts import Parts
-from orchestrator.experiments.workers import Rate, Workers
+from orchestrator.experiments.workers import Rate, WorkerPools
 from orchestrator.lifter.obstacle import hide_behind_board
 from orchestrator.lifter.table import row_of, table_of
 from orchestrator.lifter.views import (
@@ -47,7 +47,7 @@ class _Shot(Struct, frozen=True, eq=False):
     request: Observe
 
 
-def observe_fit_views(parts: Parts, views: FitViews, environment: EnvironmentConfig, workers: Workers) -> None:
+def observe_fit_views(parts: Parts, views: FitViews, environment: EnvironmentConfig, workers: WorkerPools) -> None:
     """Observe the views of every part that is missing, and write each part.
 
     Raises:
@@ -76,7 +76,7 @@ def _numbers(part: int, views: FitViews) -> range:
 
 
 def _shots(
-    views: FitViews, numbers: range, environment: EnvironmentConfig, workers: Workers, rate: Rate
+    views: FitViews, numbers: range, environment: EnvironmentConfig, workers: WorkerPools, rate: Rate
 ) -> Iterator[_Shot]:
     first, last = (number // views.views_a_scene for number in (numbers[0], numbers[-1]))
     subjects = dict(zip(range(first, last + 1), _subjects(views, range(first, last + 1), workers, rate), strict=True))
@@ -89,7 +89,7 @@ def _shots(
         yield _Shot(view, subject, request)
 
 
-def _subjects(views: FitViews, numbers: Sequence[int], workers: Workers, rate: Rate) -> Iterator[_Subject]:
+def _subjects(views: FitViews, numbers: Sequence[int], workers: WorkerPools, rate: Rate) -> Iterator[_Subject]:
     requests = [scene_request(views, number) for number in numbers]
     sampled = workers.answers(workers.renderers, requests, _ACTIVITY, rate)
     scenes = [replace(one.scene, identity=identity_of(number)) for number, one in zip(numbers, sampled, strict=True)]
@@ -110,7 +110,7 @@ def _glance_at(scene: Scene) -> Camera:
     return Camera(CameraPose((x + 3.0, y, 1.5), (x, y, 1.0)), _GLANCE)
 
 
-def _asked(views: FitViews, shot: _Shot, workers: Workers, rate: Rate) -> Observe | Perceive:
+def _asked(views: FitViews, shot: _Shot, workers: WorkerPools, rate: Rate) -> Observe | Perceive:
     """What is asked of a perception worker: to have a view rendered, or to look at it with something before it."""
     request = shot.request
     if not shot.view.hidden:

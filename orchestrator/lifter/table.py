@@ -9,7 +9,7 @@ from orchestrator.lifter.views import FitView
 from protocol.camera import Camera
 from protocol.errors import InvalidInput
 from protocol.joint_arrays import EVIDENCE_SIZE
-from protocol.observation import Observation
+from protocol.pose_estimate import PoseEstimate
 from protocol.scene import Scene
 from protocol.skeleton import JOINT_COUNT
 
@@ -41,7 +41,7 @@ SCHEMA = pa.schema(
 )
 
 
-def row_of(view: FitView, poses: str, scene: Scene, camera: Camera, observation: Observation) -> dict[str, object]:
+def row_of(view: FitView, poses: str, scene: Scene, camera: Camera, observation: PoseEstimate) -> dict[str, object]:
     """A view's row.
 
     Raises:

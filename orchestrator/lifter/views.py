@@ -15,7 +15,7 @@ from protocol.camera import Camera, DepthNoise, Intrinsics, Vector3
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.messages import SampleScene
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from protocol.scene import TRAIN_IDENTITIES, Poses, Scene
 from protocol.skeleton import JOINT_COUNT
 

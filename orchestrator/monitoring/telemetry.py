@@ -91,7 +91,7 @@ class LastShown:
         self._display.show(snapshot)
 
 
-class Watch(Struct, frozen=True, eq=False):
+class Monitors(Struct, frozen=True, eq=False):
     """Whom a run is to be shown to, and who is to watch its registry."""
 
     display: Display
@@ -99,7 +99,7 @@ class Watch(Struct, frozen=True, eq=False):
 
 
 @contextmanager
-def run_telemetry(at: Endpoint | None, run: str, display: Display) -> Generator[Watch]:
+def run_telemetry(at: Endpoint | None, run: str, display: Display) -> Generator[Monitors]:
     """Serve how a run is at an endpoint, or nowhere; gives what the run is to be worked on with.
 
     Raises:
@@ -107,7 +107,7 @@ def run_telemetry(at: Endpoint | None, run: str, display: Display) -> Generator[
         Unavailable: a library that this needs is not installed.
     """
     if at is None:
-        yield Watch(display)
+        yield Monitors(display)
         return
     with needs_libraries():
         # Only here: who is not to serve this does not load it.
@@ -118,14 +118,14 @@ def run_telemetry(at: Endpoint | None, run: str, display: Display) -> Generator[
         registry.register(RunCollector(lambda: watched.snapshot))
         registry.register(WorkerCollector(watched.pong))
         watched.count = RequestMetrics(registry).count
-        yield Watch(watched, watched)
+        yield Monitors(watched, watched)
 
 
 @contextmanager
-def host_telemetry(at: Endpoint | None, bind: str, display: Display) -> Generator[Watch]:
+def host_telemetry(at: Endpoint | None, bind: str, display: Display) -> Generator[Monitors]:
     """As `run_telemetry`, for a host: it is ready as soon as it serves, whoever is there."""
     if at is None:
-        yield Watch(display)
+        yield Monitors(display)
         return
     with needs_libraries():
         from orchestrator.monitoring.metrics import ProcessCollector
@@ -136,4 +136,4 @@ def host_telemetry(at: Endpoint | None, bind: str, display: Display) -> Generato
         registry.register(ProcessCollector(lambda: shown.snapshot))
         registry.register(WorkerCollector(watched.pong))
         watched.count = RequestMetrics(registry).count
-        yield Watch(shown, watched)
+        yield Monitors(shown, watched)

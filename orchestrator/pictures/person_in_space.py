@@ -11,7 +11,7 @@ from msgspec import Struct
 from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import CameraPose
 from protocol.frame import Frame
-from protocol.observation import Observation
+from protocol.pose_estimate import PoseEstimate
 from protocol.skeleton import Joint
 
 
@@ -79,7 +79,7 @@ class PersonInSpace(Struct, frozen=True, eq=False, kw_only=True):
         return f"{error:.3f} m of {joints}"
 
 
-def person_in_space(frame: Frame, observation: Observation, yaw: float | None = None) -> PersonInSpace:
+def person_in_space(frame: Frame, observation: PoseEstimate, yaw: float | None = None) -> PersonInSpace:
     """What an observation of a frame says of the person, in their own frame.
 
     Args:

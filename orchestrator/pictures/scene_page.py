@@ -12,7 +12,7 @@ from orchestrator.pictures.picture import RGB, DepthScale
 from orchestrator.pictures.space_picture import GRID, VIEWS, Volume, space_legend, space_picture, volume_around
 from protocol.arrays import Float32Array, UInt8Array
 from protocol.frame import Frame
-from protocol.observation import Observation
+from protocol.pose_estimate import PoseEstimate
 from protocol.skeleton import Joint, weighted_uncertainty
 
 PANEL_WIDTH = 640
@@ -46,7 +46,7 @@ METRE_COLUMNS: tuple[tuple[str, str, int], ...] = (("expected_error", "error", 4
 METRES_WIDTH = 140
 
 
-class Sheet:
+class ScenePage:
     """A page to put pictures and words on; positions are pixels from its upper left corner."""
 
     def __init__(self, width: int, height: int) -> None:
@@ -78,7 +78,7 @@ class Place(Struct, frozen=True):
 
 
 def scene_sheet(
-    title: str, subtitle: str, frame: Frame, observation: Observation, yaw: float | None = None
+    title: str, subtitle: str, frame: Frame, observation: PoseEstimate, yaw: float | None = None
 ) -> UInt8Array:
     """The page of one scene, (height, width, 3) RGB; truth and heatmaps are drawn where they are there.
 
@@ -92,41 +92,41 @@ def scene_sheet(
     table = Place(right + PANEL_WIDTH + BAR_COLUMN + GAP, upper)
     space = Place(left, max(lower + CAPTION + panel_height, upper + _table_height()) + GAP)
     page_width = table.x + _table_width(observation) + MARGIN
-    sheet = Sheet(page_width, space.y + 2 * CAPTION + SPACE_HEIGHT + MARGIN)
+    page = ScenePage(page_width, space.y + 2 * CAPTION + SPACE_HEIGHT + MARGIN)
     person = person_in_space(frame, observation, yaw)
-    sheet.write(title, left, 26, 30)
-    sheet.write(subtitle, left, 68, 18, FAINT)
-    _put_panel(sheet, Place(left, upper), "Colour", frame.rgb)
-    _put_depth(sheet, Place(right, upper), frame.depth, panel_height)
-    _put_heatmaps(sheet, Place(left, lower), frame, observation)
-    _put_skeleton(sheet, Place(right, lower), frame, observation, panel_height)
-    _put_table(sheet, table, observation, person)
-    _put_space(sheet, space, page_width - 2 * MARGIN, person)
-    return sheet.pixels()
+    page.write(title, left, 26, 30)
+    page.write(subtitle, left, 68, 18, FAINT)
+    _put_panel(page, Place(left, upper), "Colour", frame.rgb)
+    _put_depth(page, Place(right, upper), frame.depth, panel_height)
+    _put_heatmaps(page, Place(left, lower), frame, observation)
+    _put_skeleton(page, Place(right, lower), frame, observation, panel_height)
+    _put_table(page, table, observation, person)
+    _put_space(page, space, page_width - 2 * MARGIN, person)
+    return page.pixels()
 
 
-def _put_panel(sheet: Sheet, place: Place, caption: str, panel: UInt8Array) -> None:
-    sheet.write(caption, place.x, place.y + CAPTION / 2, anchor="lm")
-    sheet.paste(picture.enlarged(panel, PANEL_WIDTH), place.x, place.y + CAPTION)
+def _put_panel(page: ScenePage, place: Place, caption: str, panel: UInt8Array) -> None:
+    page.write(caption, place.x, place.y + CAPTION / 2, anchor="lm")
+    page.paste(picture.enlarged(panel, PANEL_WIDTH), place.x, place.y + CAPTION)
 
 
-def _put_depth(sheet: Sheet, place: Place, depth: Float32Array, height: int) -> None:
+def _put_depth(page: ScenePage, place: Place, depth: Float32Array, height: int) -> None:
     scale = picture.depth_scale(depth)
-    _put_panel(sheet, place, "Depth (grey: not measured)", picture.depth_picture(depth, scale))
+    _put_panel(page, place, "Depth (grey: not measured)", picture.depth_picture(depth, scale))
     ramp = scale.distance(np.linspace(1.0, 0.0, height)).astype(np.float32)
     colours = picture.depth_picture(ramp[:, None], scale)[:, 0]
     ticks = [(1 - share, f"{metres:g} m") for metres, share in depth_ticks(scale)]
-    _put_bar(sheet, Place(place.x + PANEL_WIDTH + GAP // 2, place.y + CAPTION), colours, ticks)
+    _put_bar(page, Place(place.x + PANEL_WIDTH + GAP // 2, place.y + CAPTION), colours, ticks)
 
 
-def _put_heatmaps(sheet: Sheet, place: Place, frame: Frame, observation: Observation) -> None:
+def _put_heatmaps(page: ScenePage, place: Place, frame: Frame, observation: PoseEstimate) -> None:
     if observation.heatmaps is not None:
         area = picture.Window(*observation.heatmap_area) if observation.heatmap_area is not None else None
         panel = picture.heatmap_picture(frame.rgb, observation.heatmaps, area)
-        _put_panel(sheet, place, "Heatmaps, the highest of 18 joints", panel)
+        _put_panel(page, place, "Heatmaps, the highest of 18 joints", panel)
 
 
-def _put_skeleton(sheet: Sheet, place: Place, frame: Frame, observation: Observation, height: int) -> None:
+def _put_skeleton(page: ScenePage, place: Place, frame: Frame, observation: PoseEstimate, height: int) -> None:
     true_pixels = picture.true_pixels(frame.joints, frame.camera) if frame.joints is not None else np.empty((0, 2))
     window = picture.window_around(np.concatenate([observation.keypoints, true_pixels]), *frame.rgb.shape[1::-1])
     panel = picture.enlarged(picture.cut(frame.rgb, window), PANEL_WIDTH)
@@ -136,24 +136,24 @@ def _put_skeleton(sheet: Sheet, place: Place, frame: Frame, observation: Observa
         truth = picture.magnified_pixels(true_pixels, window, PANEL_WIDTH)
         panel = picture.truth_picture(panel, truth, frame.visible)
     zoom = frame.rgb.shape[1] / window.width
-    _put_panel(sheet, place, f"Skeleton, joints coloured by quality ({zoom:.1f} times as large)", panel)
+    _put_panel(page, place, f"Skeleton, joints coloured by quality ({zoom:.1f} times as large)", panel)
     levels = np.linspace(1.0, 0.0, height)
     colours = np.array([picture.quality_colour(float(level)) for level in levels], np.uint8)
     ticks = [(1 - level, f"{level:g}") for level in (0.0, 0.25, 0.5, 0.75, 1.0)]
-    _put_bar(sheet, Place(place.x + PANEL_WIDTH + GAP // 2, place.y + CAPTION), colours, ticks)
+    _put_bar(page, Place(place.x + PANEL_WIDTH + GAP // 2, place.y + CAPTION), colours, ticks)
 
 
-def _put_space(sheet: Sheet, place: Place, width: int, person: PersonInSpace) -> None:
+def _put_space(page: ScenePage, place: Place, width: int, person: PersonInSpace) -> None:
     """The person from three sides, side by side in a row of a `width`."""
     width = (width - (len(VIEWS) - 1) * GAP) // len(VIEWS)
     volume = volume_around(person.all_points(), width, SPACE_HEIGHT)
     heading = f"In space: squares of {GRID:g} m, the ground a thick line"
-    sheet.write(heading, place.x, place.y + CAPTION / 2, anchor="lm")
-    sheet.write(space_words(person, volume), place.x + width + GAP, place.y + CAPTION / 2, anchor="lm")
+    page.write(heading, place.x, place.y + CAPTION / 2, anchor="lm")
+    page.write(space_words(person, volume), place.x + width + GAP, place.y + CAPTION / 2, anchor="lm")
     for number, view in enumerate(VIEWS):
         x, y = place.x + number * (width + GAP), place.y + CAPTION
-        sheet.write(view.caption, x, y + CAPTION / 2, 15, FAINT, anchor="lm")
-        sheet.paste(space_picture(view, volume, person), x, y + CAPTION)
+        page.write(view.caption, x, y + CAPTION / 2, 15, FAINT, anchor="lm")
+        page.paste(space_picture(view, volume, person), x, y + CAPTION)
 
 
 def space_words(person: PersonInSpace, volume: Volume) -> str:
@@ -165,13 +165,13 @@ def space_words(person: PersonInSpace, volume: Volume) -> str:
     return f"{person.in_words()} {outside} joint{'s lie' if outside > 1 else ' lies'} outside of the pictures."
 
 
-def _put_bar(sheet: Sheet, place: Place, colours: UInt8Array, ticks: Sequence[tuple[float, str]]) -> None:
+def _put_bar(page: ScenePage, place: Place, colours: UInt8Array, ticks: Sequence[tuple[float, str]]) -> None:
     """A scale from top to bottom: `colours` (height, 3), ticks at shares of its height."""
-    sheet.paste(np.repeat(colours[:, None], BAR_WIDTH, axis=1), place.x, place.y)
+    page.paste(np.repeat(colours[:, None], BAR_WIDTH, axis=1), place.x, place.y)
     height = len(colours)
     for share, label in ticks:
         y = place.y + min(max(share * (height - 1), 8), height - 9)
-        sheet.write(label, place.x + BAR_WIDTH + 8, y, 15, anchor="lm")
+        page.write(label, place.x + BAR_WIDTH + 8, y, 15, anchor="lm")
 
 
 def depth_ticks(scale: DepthScale) -> list[tuple[float, float]]:
@@ -184,7 +184,7 @@ def depth_ticks(scale: DepthScale) -> list[tuple[float, float]]:
     return ticks
 
 
-def _table_width(observation: Observation) -> int:
+def _table_width(observation: PoseEstimate) -> int:
     return TABLE_WIDTH + (METRES_WIDTH if observation.radius is not None else 0)
 
 
@@ -192,55 +192,55 @@ def _table_height() -> int:
     return CAPTION + ROW * (len(Joint) + 12)
 
 
-def _put_table(sheet: Sheet, place: Place, observation: Observation, person: PersonInSpace) -> None:
+def _put_table(page: ScenePage, place: Place, observation: PoseEstimate, person: PersonInSpace) -> None:
     y = place.y + CAPTION // 2
-    sheet.write("Joint", place.x, y, anchor="lm")
+    page.write("Joint", place.x, y, anchor="lm")
     for heading, x in QUALITY_COLUMNS:
-        sheet.write(heading, place.x + x, y, 15, FAINT, anchor="mm")
+        page.write(heading, place.x + x, y, 15, FAINT, anchor="mm")
     for field, heading, x in METRE_COLUMNS:
         if getattr(observation, field) is not None:
-            sheet.write(f"{heading}, m", place.x + x, y, 15, FAINT, anchor="mm")
+            page.write(f"{heading}, m", place.x + x, y, 15, FAINT, anchor="mm")
     for joint in Joint:
         y += ROW
-        _put_joint(sheet, place.x, y, joint, observation)
+        _put_joint(page, place.x, y, joint, observation)
     uncertainty = weighted_uncertainty(observation.quality)
-    sheet.box(place.x, y + ROW // 2 + 4, _table_width(observation), 1, RULE)
+    page.box(place.x, y + ROW // 2 + 4, _table_width(observation), 1, RULE)
     y += ROW + 12
-    sheet.write(f"Weighted uncertainty of the upper body: {uncertainty:.2f} of 10", place.x, y, anchor="lm")
-    _put_legend(sheet, Place(place.x, y + ROW + 8), person)
+    page.write(f"Weighted uncertainty of the upper body: {uncertainty:.2f} of 10", place.x, y, anchor="lm")
+    _put_legend(page, Place(place.x, y + ROW + 8), person)
 
 
-def _put_joint(sheet: Sheet, x: int, y: int, joint: Joint, observation: Observation) -> None:
+def _put_joint(page: ScenePage, x: int, y: int, joint: Joint, observation: PoseEstimate) -> None:
     found, inferred = bool(np.isfinite(observation.keypoints[joint]).all()), bool(observation.inferred[joint])
-    sheet.write(joint.name.replace("_", " ").lower(), x, y, 16, INK if found or inferred else FAINT, anchor="lm")
+    page.write(joint.name.replace("_", " ").lower(), x, y, 16, INK if found or inferred else FAINT, anchor="lm")
     if found:
-        _put_quality(sheet, x, y, joint, observation)
+        _put_quality(page, x, y, joint, observation)
     else:
         middle = x + (QUALITY_COLUMNS[0][1] + QUALITY_COLUMNS[-1][1]) / 2
-        sheet.write("not seen: inferred" if inferred else "not found", middle, y, 15, FAINT, anchor="mm")
+        page.write("not seen: inferred" if inferred else "not found", middle, y, 15, FAINT, anchor="mm")
     for field, _, column in METRE_COLUMNS:
         metres = getattr(observation, field)
         if metres is not None and np.isfinite(metres[joint]):
-            sheet.write(f"{float(metres[joint]):.2f}", x + column, y, 15, anchor="mm")
+            page.write(f"{float(metres[joint]):.2f}", x + column, y, 15, anchor="mm")
 
 
-def _put_quality(sheet: Sheet, x: int, y: int, joint: Joint, observation: Observation) -> None:
+def _put_quality(page: ScenePage, x: int, y: int, joint: Joint, observation: PoseEstimate) -> None:
     for name, column in QUALITY_COLUMNS[:-1]:
-        sheet.write(f"{float(getattr(observation, name)[joint]):.2f}", x + column, y, 15, FAINT, anchor="mm")
+        page.write(f"{float(getattr(observation, name)[joint]):.2f}", x + column, y, 15, FAINT, anchor="mm")
     column = QUALITY_COLUMNS[-1][1]
     quality = float(observation.quality[joint])
     colour = picture.quality_colour(quality)
-    sheet.box(x + column - 30, y - ROW / 2 + 2, 60, ROW - 4, colour)
+    page.box(x + column - 30, y - ROW / 2 + 2, 60, ROW - 4, colour)
     ink = INK if sum(colour) > 420 else PAPER
-    sheet.write(f"{quality:.2f}", x + column, y, 15, ink, anchor="mm")
+    page.write(f"{quality:.2f}", x + column, y, 15, ink, anchor="mm")
 
 
-def _put_legend(sheet: Sheet, place: Place, person: PersonInSpace) -> None:
+def _put_legend(page: ScenePage, place: Place, person: PersonInSpace) -> None:
     space = space_legend(radii=person.radius is not None, truth=person.truth is not None)
     for row, (text, swatch) in enumerate([*_skeleton_legend(), *space]):
         y = place.y + row * ROW
-        sheet.paste(swatch, place.x, y - 9)
-        sheet.write(text, place.x + 54, y, 16, anchor="lm")
+        page.paste(swatch, place.x, y - 9)
+        page.write(text, place.x + 54, y, 16, anchor="lm")
 
 
 def _skeleton_legend() -> Iterator[tuple[str, UInt8Array]]:

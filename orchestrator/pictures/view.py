@@ -22,7 +22,7 @@ from protocol.config import EnvironmentConfig, RunConfig
 from protocol.config_file import load_config
 from protocol.errors import InvalidInput
 from protocol.messages import Perceive, Render, SampleScene
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from protocol.scene import MOST_BYSTANDERS, Scene, Split
 
 SMALLEST_SIZE, LARGEST_SIZE = 16, 8192

@@ -12,7 +12,7 @@ from orchestrator.errors import ProcessFailed
 from orchestrator.run.run_directory import ProcessRecord
 from orchestrator.run.socket_directory import make_private
 from orchestrator.stop_request import StopRequest
-from orchestrator.supervision.launch_plan import PROCESS_ENVIRONMENT, Launch
+from orchestrator.supervision.launch import PROCESS_ENVIRONMENT, Launch
 from orchestrator.supervision.worker_process import WorkerProcess
 from protocol.messages import Role
 

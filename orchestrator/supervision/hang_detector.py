@@ -72,7 +72,7 @@ class Patience(Struct, frozen=True, kw_only=True):
         return cls(startup=timeouts.startup, liveness=timeouts.liveness, progress=timeouts.call + timeouts.progress)
 
 
-class Watch:
+class HangDetector:
     """The clocks of one process, from its start to its end.
 
     Args:

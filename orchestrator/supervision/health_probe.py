@@ -13,7 +13,7 @@ from protocol.records import Progress
 from protocol.timeouts import Timeouts
 
 
-class Pulse(Protocol):
+class HealthProbe(Protocol):
     """Takes what a process lets us know; never waits for it."""
 
     def vitals(self, *, waiting: bool, stopped: bool) -> Vitals:
@@ -37,7 +37,7 @@ class Pulse(Protocol):
         ...
 
 
-class WorkerPulse:
+class WorkerProbe:
     """A worker's: its answers to our pings."""
 
     def __init__(self, process: ProcessRecord, timeouts: Timeouts) -> None:
@@ -50,7 +50,7 @@ class WorkerPulse:
         return self._heartbeat.pong
 
     def vitals(self, *, waiting: bool, stopped: bool) -> Vitals:
-        """See `Pulse`."""
+        """See `HealthProbe`."""
         self._health = self._heartbeat.beat()
         self._heartbeat.check()
         ready, pong = self._heartbeat.is_ready, self._heartbeat.pong
@@ -66,7 +66,7 @@ class WorkerPulse:
         )
 
     def health(self) -> Health:
-        """See `Pulse`."""
+        """See `HealthProbe`."""
         return self._health
 
     def drain(self) -> None:
@@ -74,11 +74,11 @@ class WorkerPulse:
         self._heartbeat.drain()
 
     def close(self) -> None:
-        """See `Pulse`."""
+        """See `HealthProbe`."""
         self._heartbeat.close()
 
 
-class AgentPulse:
+class AgentProbe:
     """An agent's: it serves nothing, but registers at every heartbeat and writes down how far it is."""
 
     def __init__(
@@ -91,7 +91,7 @@ class AgentPulse:
         self._heard: float | None = None
 
     def vitals(self, *, waiting: bool, stopped: bool) -> Vitals:
-        """See `Pulse`."""
+        """See `HealthProbe`."""
         process, progress = self._process, self._progress()
         if self._registry is not None:
             self._heard = self._registry.heard(process.name, process.pid) or self._heard
@@ -115,11 +115,11 @@ class AgentPulse:
         return progress != self._said_before
 
     def health(self) -> Health:
-        """See `Pulse`."""
+        """See `HealthProbe`."""
         return Health(name=self._process.name, role=self._process.launch.role, pid=self._process.pid, state=RUNNING)
 
     def close(self) -> None:
-        """See `Pulse`."""
+        """See `HealthProbe`."""
 
 
 def ended(process: ProcessRecord) -> Health:

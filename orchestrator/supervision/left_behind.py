@@ -14,7 +14,7 @@ from msgspec import Struct
 
 from orchestrator.run.run_directory import ProcessRecord
 from orchestrator.supervision.heartbeat import is_alive
-from orchestrator.supervision.launch_plan import Launch
+from orchestrator.supervision.launch import Launch
 from protocol.system.process_start import process_start
 
 _LONGEST_EXEC = 1.0

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from orchestrator.supervision.hang_detector import Patience, Verdict, Watch
-from orchestrator.supervision.health_probe import Pulse
-from orchestrator.supervision.launch_plan import Launch
+from orchestrator.supervision.hang_detector import HangDetector, Patience, Verdict
+from orchestrator.supervision.health_probe import HealthProbe
+from orchestrator.supervision.launch import Launch
 from orchestrator.supervision.restart_budget import RestartBudget
 from orchestrator.supervision.worker_process import WorkerProcess
 from protocol.messages import Role
@@ -24,7 +24,7 @@ IsDone: TypeAlias = Callable[[], bool]
 
 @dataclass(slots=True, eq=False)
 class Life:
-    """One of a ward's processes, from its start to its end.
+    """One life of a supervised process, from its start to its end.
 
     Attributes:
         began: in seconds of the supervisor's clock.
@@ -34,8 +34,8 @@ class Life:
     """
 
     process: WorkerProcess
-    pulse: Pulse
-    watch: Watch
+    health_probe: HealthProbe
+    hang_detector: HangDetector
     began: float
     ready: bool = False
     draining: str | None = None
@@ -43,7 +43,7 @@ class Life:
 
 
 @dataclass(slots=True, eq=False)
-class Ward:
+class SupervisedProcess:
     """A launch, how often it may be started again, and the process that stands for it now.
 
     Attributes:

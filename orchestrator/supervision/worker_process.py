@@ -8,7 +8,7 @@ import psutil
 
 from orchestrator.errors import ProcessFailed
 from orchestrator.run.json_lines import last_lines
-from orchestrator.supervision.launch_plan import Launch
+from orchestrator.supervision.launch import Launch
 from orchestrator.supervision.log_line import ERRORS, parse_log_line
 from orchestrator.supervision.process_handle import Child, Foundling, ProcessHandle, is_stopped, kill_group, send_signal
 from protocol.system.process_start import ProcessStart

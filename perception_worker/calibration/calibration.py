@@ -18,7 +18,7 @@ from perception_worker.networks.network_setting import NetworkSetting
 from protocol.arrays import Float64Array
 from protocol.camera import Vector3
 from protocol.errors import ArtifactDamaged, InvalidConfig
-from protocol.observation import Lifting
+from protocol.pose_estimate import Lifting
 from protocol.quantities import Factor
 from protocol.skeleton import JOINT_COUNT
 from protocol.text import UNDECODABLE

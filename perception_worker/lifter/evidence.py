@@ -4,7 +4,7 @@ import numpy as np
 
 from protocol.arrays import AnyArray, Float32Array, Float64Array
 from protocol.joint_arrays import EVIDENCE_SIZE
-from protocol.observation import Evidence
+from protocol.pose_estimate import Evidence
 from protocol.skeleton import JOINT_COUNT, Joint
 
 NEAREST, FARTHEST = 0.3, 15.0

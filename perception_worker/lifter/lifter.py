@@ -11,7 +11,7 @@ from perception_worker.networks.network_setting import NetworkSetting
 from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import Camera, world_to_camera
 from protocol.errors import ArtifactDamaged
-from protocol.observation import Evidence
+from protocol.pose_estimate import Evidence
 from protocol.skeleton import JOINT_COUNT
 
 LEAST_FOUND = 3

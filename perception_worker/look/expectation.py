@@ -10,7 +10,7 @@ from perception_worker.median import median
 from perception_worker.networks.network import People
 from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import Camera, project
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from protocol.region import Region
 from protocol.skeleton import JOINT_COUNT
 

@@ -16,7 +16,7 @@ from perception_worker.look.sight import Sight, look_at
 from perception_worker.networks.network import Network
 from perception_worker.stopwatch import Stopwatch
 from protocol.frame import Frame
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from protocol.skeleton import JOINT_COUNT
 
 _ENOUGH_JOINTS = 6

@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 from msgspec.structs import replace
 
 from protocol.client.call import Call
-from protocol.client.failure_detector import Pulse, Suspicion
-from protocol.client.line import Line, LineEvent
+from protocol.client.dealer_socket import DealerSocket, LineEvent
+from protocol.client.failure_detector import FailureDetector, Suspicion
 from protocol.codec import Envelope, decode, decode_header, encode, open_envelope, seal
 from protocol.errors import MalformedMessage, NotPermitted, ProtocolError, Unavailable, VantageError
 from protocol.failure import DRAINING, OVERLOADED
@@ -123,33 +123,33 @@ class Connection:
         self._clock = clock
         self._curve = curve
         self._denial: NotPermitted | None = None
-        self._line = Line(context, address, timeouts, limits, curve)
+        self._socket = DealerSocket(context, address, timeouts, limits, curve)
         self._opened = clock()
         self._ids = itertools.count(1)
         self._asked: set[int] = set()
         self._lost: list[Call] = []
         self._greeting: Reply | ProtocolError | None = None
         self._incarnation = ""
-        self._pulse = Pulse(timeouts.heartbeat, timeouts)
+        self._failure_detector = FailureDetector(timeouts.heartbeat, timeouts)
         self._lacks_descriptors = False
         self._due = 0.0
 
     @property
     def sockets(self) -> tuple[Socket, ...]:
         """Where something may come for `receive`."""
-        return () if self._is_closed else self._line.sockets
+        return () if self._is_closed else self._socket.sockets
 
     @property
     def descriptors(self) -> tuple[int, ...]:
         """What to wait on for `receive`."""
-        return () if self._is_closed else self._line.descriptors
+        return () if self._is_closed else self._socket.descriptors
 
     def send(self, call: Call) -> None:
         """Send a call to the worker, which holds it from then on."""
         number = next(self._ids)
         self.used = self._clock()
         header = RequestHeader(number, self._hello.incarnation, max(0.0, call.deadline - self.used))
-        send(self._line.socket, seal(call.payload, header))
+        send(self._socket.socket, seal(call.payload, header))
         if not self._wants_pings:
             self._due = self.used + self._heartbeat
         self.outstanding[number] = call
@@ -161,14 +161,14 @@ class Connection:
             return
         # Replies first: what a worker said before it was lost still counts.
         yield from self._replies()
-        events = [] if self.phase is Phase.BROKEN else self._line.events()
+        events = [] if self.phase is Phase.BROKEN else self._socket.events()
         if LineEvent.BROKEN in events and self.phase is not Phase.BROKEN:
             # And again: its last words may have come while we looked at the events.
             yield from self._replies()
         self._take_events(events)
 
     def _replies(self) -> Iterator[Answer]:
-        for parts in received(self._line.socket, self._limits):
+        for parts in received(self._socket.socket, self._limits):
             try:
                 envelope = open_envelope(parts, self._limits)
                 header = decode_header(envelope.header, ReplyHeader)
@@ -250,7 +250,7 @@ class Connection:
 
     def close(self) -> None:
         """Drop the connection and all that is under way on it."""
-        self._line.close()
+        self._socket.close()
 
     @property
     def _is_closed(self) -> bool:
@@ -287,11 +287,11 @@ class Connection:
 
     def _hear(self) -> None:
         self.heard = self._clock()
-        self._pulse.heard()
+        self._failure_detector.heard()
         self._judge()
 
     def _judge(self) -> None:
-        before, self.suspicion = self.suspicion, self._pulse.suspicion
+        before, self.suspicion = self.suspicion, self._failure_detector.suspicion
         if self.suspicion is not None and before is None:
             _log.warning("%s gets no more calls: %s", self.name, self.suspicion)
         if self.suspicion is None and before is not None:
@@ -315,13 +315,13 @@ class Connection:
     def _take_denial(self) -> None:
         """It does not take our key. Calls are told so at once, until one of the next tries succeeds."""
         self._denial = denial(self.name, self._curve)
-        self._line.close()
+        self._socket.close()
         self.phase = Phase.REFUSED
         self._due = self._clock() + _DENIAL_LASTS
 
     def _break(self) -> None:
         """Drop the connection; the calls that the worker held are lost."""
-        self._line.close()
+        self._socket.close()
         self._lost.extend(self.outstanding.values())
         self.outstanding.clear()
         self._asked.clear()
@@ -335,7 +335,7 @@ class Connection:
     def _open(self) -> None:
         self._opened = self._clock()
         try:
-            self._line = Line(self._context, self.address, self._timeouts, self._limits, self._curve)
+            self._socket = DealerSocket(self._context, self.address, self._timeouts, self._limits, self._curve)
         except Unavailable as error:
             # Calls end by their deadlines meanwhile.
             if not self._lacks_descriptors:
@@ -349,7 +349,7 @@ class Connection:
     def _ping(self) -> None:
         # A worker that loads libraries may be silent for long; the startup clock is for that.
         if not self._is_starting:
-            self._pulse.asked()
+            self._failure_detector.asked()
             self._judge()
         self._ask(Ping())
         self._due = self._clock() + self._ping_interval
@@ -357,7 +357,7 @@ class Connection:
     def _ask(self, request: Request[Any]) -> None:
         number = next(self._ids)
         header = RequestHeader(number, self._hello.incarnation, self._timeouts.call)
-        send(self._line.socket, seal(encode(request, self._limits), header))
+        send(self._socket.socket, seal(encode(request, self._limits), header))
         self._asked.add(number)
 
     def _sort(self, envelope: Envelope, header: ReplyHeader) -> Answer | None:
@@ -378,17 +378,17 @@ class Connection:
 
     def _examine(self, pong: Pong) -> None:
         self.health = pong
-        self._pulse.answered(pong, holds_calls=any(not call.at_once for call in self.outstanding.values()))
+        self._failure_detector.answered(pong, holds_calls=any(not call.at_once for call in self.outstanding.values()))
         self._judge()
 
     def _note(self, call: Call, reply: Reply | ProtocolError) -> None:
         """What the answer to a call tells of the worker."""
         self._fit_window(reply)
         if isinstance(reply, Pong):
-            # Not for the pulse, which counts heartbeats: a caller may ask as often as it likes.
+            # Not for the failure detector, which counts heartbeats: a caller may ask as often as it likes.
             self.health = reply
         elif isinstance(reply, call.reply) and not call.at_once:
-            self._pulse.moved()
+            self._failure_detector.moved()
 
     def _fit_window(self, reply: Reply | ProtocolError) -> None:
         """Send no more than the worker takes, and try one more each time all of it was answered."""
@@ -413,5 +413,5 @@ class Connection:
         self._greeting = reply
         self._incarnation = incarnation
         self.phase = Phase.OPEN if self.refusal is None else Phase.REFUSED
-        self._pulse = Pulse(self._heartbeat, self._timeouts)
+        self._failure_detector = FailureDetector(self._heartbeat, self._timeouts)
         self._due = self._clock() + self._ping_interval

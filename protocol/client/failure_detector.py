@@ -20,7 +20,7 @@ class Suspicion(StrEnum):
     STUCK = "it answers pings, and none of its requests"
 
 
-class Pulse:
+class FailureDetector:
     """Counts what a worker leaves unanswered.
 
     Args:

@@ -14,7 +14,7 @@ from protocol.catalogue import Message
 from protocol.frame import Frame
 from protocol.message import Request
 from protocol.messages import Observe, Perceive, Render, Role, SampleScene
-from protocol.observation import FilterState, Lifting, Observation
+from protocol.pose_estimate import FilterState, Lifting, PoseEstimate
 from protocol.region import Region
 from protocol.scene import Arm, BodyPose, Figure, Scene, Sun, Trunk
 
@@ -125,7 +125,7 @@ class PerceptionWork:
 
     def answers(self, reply: Message, request: Request[Any]) -> bool:
         """An observation has the joints of its frame."""
-        if not isinstance(reply, Observation) or not isinstance(request, Perceive):
+        if not isinstance(reply, PoseEstimate) or not isinstance(request, Perceive):
             return False
         return reply.joints is not None and np.array_equal(reply.joints, _joints_of(request))
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from protocol.messages import Role
 from protocol.security.credentials import Credentials
-from protocol.security.handshake_monitor import Door
+from protocol.security.handshake_monitor import HandshakeMonitor
 from protocol.security.permissions import objection
 from protocol.security.refusals import Refusals
 from protocol.security.zap_authenticator import guarded
@@ -21,27 +21,27 @@ class Guard:
     def __init__(self, credentials: Credentials) -> None:
         self.credentials = credentials
         self.refusals = Refusals()
-        self._door: Door | None = None
+        self._monitor: HandshakeMonitor | None = None
 
     def attach(self, socket: "Socket") -> None:
         """Watch who knocks at a socket."""
-        self._door = Door(socket, self.refusals)
+        self._monitor = HandshakeMonitor(socket, self.refusals)
 
     @property
     def monitors(self) -> "tuple[Socket, ...]":
         """What to wait on for `look`."""
-        return () if self._door is None else (self._door.monitor,)
+        return () if self._monitor is None else (self._monitor.monitor,)
 
     def look(self) -> None:
         """Take in who has knocked since the last time."""
-        if self._door is not None:
-            self._door.look()
+        if self._monitor is not None:
+            self._monitor.look()
 
     def detach(self) -> None:
         """Watch no more."""
-        if self._door is not None:
-            self._door.close()
-            self._door = None
+        if self._monitor is not None:
+            self._monitor.close()
+            self._monitor = None
 
     def objection(self, key: str, address: str, message: object) -> str | None:
         """Why a message of somebody who proved to hold `key` is refused, which is written down; None if it is fine.

@@ -18,7 +18,7 @@ _STRANGER = "it left, or was sent away, before it had shown a key that fits"
 _WATCHED = zmq.EVENT_ACCEPTED | zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_HANDSHAKE_FAILED_AUTH | zmq.EVENT_DISCONNECTED
 
 
-class Door:
+class HandshakeMonitor:
     """What happens at a bound socket, as far as it is about strangers. Belongs to the socket's thread."""
 
     def __init__(self, socket: "zmq.Socket[bytes]", refusals: Refusals) -> None:
@@ -47,7 +47,7 @@ class Door:
             if self._knocking:
                 self._knocking.popitem()
         elif event == zmq.EVENT_HANDSHAKE_FAILED_AUTH:
-            # By the gatekeeper, who was asked.
+            # By the authenticator, who was asked.
             self._is_written_down = True
         elif event == zmq.EVENT_DISCONNECTED:
             self._leave(value)

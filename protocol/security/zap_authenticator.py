@@ -43,7 +43,7 @@ class _Authenticator(ThreadAuthenticator):
         return self._admits(key.decode("ascii"), self._address)
 
 
-class Gatekeeper:
+class ZapAuthenticator:
     """Who may call a worker of a role, by their key; every refusal is written down."""
 
     def __init__(self, role: Role, credentials: Credentials, refusals: Refusals) -> None:
@@ -72,7 +72,7 @@ class Gatekeeper:
 @contextmanager
 def guarded(context: "Context", role: Role, credentials: Credentials, refusals: Refusals) -> Generator[None]:
     """Have all sockets of a context that ask for keys ask a gatekeeper of the role."""
-    authenticator = _Authenticator(context, Gatekeeper(role, credentials, refusals).admits)
+    authenticator = _Authenticator(context, ZapAuthenticator(role, credentials, refusals).admits)
     authenticator.start()
     try:
         yield

@@ -27,7 +27,7 @@ from protocol.observer import NOBODY, Observer, handled, refused
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.guard import guard_of
 from protocol.server.listener import Job, Listener
-from protocol.server.worker_registration import Enrolment, enrolled
+from protocol.server.worker_registration import WorkerRegistration, registered
 from protocol.system.priority import let_others_go_first
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 from protocol.transport.sockets import Context, bind_router, open_context
@@ -53,7 +53,7 @@ def serve(
     timeouts: Timeouts = DEFAULT_TIMEOUTS,
     limits: Limits = DEFAULT_LIMITS,
     context: Context | None = None,
-    membership: Enrolment | None = None,
+    membership: WorkerRegistration | None = None,
     failpoint: Failpoint = no_failpoint,
     security: Security = LOCAL_ONLY,
     observer: Observer = NOBODY,
@@ -101,7 +101,7 @@ def serve(
             pool.watch()
         _log.info("%s listens at %s", role, bind, extra={"incarnation": listener.incarnation})
         hand_over(listener.drain)
-        enrolling = nullcontext() if membership is None else enrolled(membership, listener, bind, timeouts, security)
+        enrolling = nullcontext() if membership is None else registered(membership, listener, bind, timeouts, security)
         with _drain_by_signal(listener):
             load = partial(_load_low, start) if computes else start
             _run(listener, load, enrolling, concurrency, partial(failpoint, f"reply-{role}"))

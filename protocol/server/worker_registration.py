@@ -30,7 +30,7 @@ _AFTER_THE_AGENT = 1.25
 """Workers stay for this many times the grace: the agent, an orphan at that very moment, has a last step to fly."""
 
 
-class Enrolment(NamedTuple):
+class WorkerRegistration(NamedTuple):
     """With which orchestrator a worker registers, under which name, and which pools follow what it learns there.
 
     `advertised` is where others reach it, if that is not where it binds.
@@ -45,19 +45,19 @@ class Enrolment(NamedTuple):
 ADVERTISE_HELP = "where others reach it, if not at --bind (default for a bind to every interface: this host's name)"
 
 
-def enrolment_of(options: argparse.Namespace) -> Enrolment | None:
+def registration_of(options: argparse.Namespace) -> WorkerRegistration | None:
     """What a worker's options `--orchestrator`, `--name` and `--advertise` come to."""
     if options.orchestrator is None:
         return None
-    return Enrolment(options.orchestrator, options.name, advertised=options.advertise)
+    return WorkerRegistration(options.orchestrator, options.name, advertised=options.advertise)
 
 
 @contextmanager
-def enrolled(
-    enrolment: Enrolment, listener: Listener, bind: str, timeouts: Timeouts, security: Security = LOCAL_ONLY
+def registered(
+    registration: WorkerRegistration, listener: Listener, bind: str, timeouts: Timeouts, security: Security = LOCAL_ONLY
 ) -> Generator[None]:
     """Register a worker that is served from the calling thread, and have it end when that is due."""
-    address = enrolment.advertised or reachable(bind, socket.gethostname())
+    address = registration.advertised or reachable(bind, socket.gethostname())
     credentials = security.credentials_for(bind)
     key = credentials.own.public if credentials else ""
 
@@ -68,7 +68,7 @@ def enrolled(
             key=key,
             incarnation=listener.incarnation,
             state=listener.state,
-            name=enrolment.name,
+            name=registration.name,
             pid=os.getpid(),
         )
 
@@ -76,7 +76,7 @@ def enrolled(
         end = _end_of(listener, held, timeouts)
         patience = replace(timeouts, grace=_AFTER_THE_AGENT * timeouts.grace)
         membership = Membership(
-            enrolment.orchestrator,
+            registration.orchestrator,
             describe=describe,
             on_orphaned=end,
             on_over=end,
@@ -84,7 +84,7 @@ def enrolled(
             security=security,
         )
         held.enter_context(membership)
-        for role, pool in enrolment.follows.items():
+        for role, pool in registration.follows.items():
             membership.follow(pool, role)
         yield
 

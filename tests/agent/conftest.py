@@ -1,12 +1,12 @@
 import pytest
 
 from protocol.config import EnvironmentConfig
-from tests.agent.analytic_eyes import AnalyticEyes
+from tests.agent.analytic_sensor import AnalyticSensor
 
 
 @pytest.fixture
-def eyes() -> AnalyticEyes:
-    return AnalyticEyes()
+def sensor() -> AnalyticSensor:
+    return AnalyticSensor()
 
 
 @pytest.fixture

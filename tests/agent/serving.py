@@ -7,34 +7,34 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from agent.connections import Workers
+from agent.connections import WorkerAccess
 from protocol.messages import Observe, Role, Sampled, SampleScene
-from tests.agent.analytic_eyes import AnalyticEyes, observe
+from tests.agent.analytic_sensor import AnalyticSensor, observe
 from tests.serving import serving
 
 
 @contextmanager
-def analytic_workers(sockets: Path) -> Iterator[Workers]:
+def analytic_workers(sockets: Path) -> Iterator[WorkerAccess]:
     """Real sockets, no pictures."""
-    eyes = AnalyticEyes()
+    sensor = AnalyticSensor()
     render, perception = f"ipc://{sockets}/render", f"ipc://{sockets}/perception"
-    scenes = {SampleScene: lambda asked: Sampled(scene=eyes.sample(asked.seed, asked.split))}
+    scenes = {SampleScene: lambda asked: Sampled(scene=sensor.sample(asked.seed, asked.split))}
     sights = {Observe: lambda asked: observe(asked.scene, asked.camera, asked.filter)}
     with serving(scenes, render, role=Role.RENDER), serving(sights, perception, role=Role.PERCEPTION):
-        yield Workers(render=(render,), perception=(perception,))
+        yield WorkerAccess(render=(render,), perception=(perception,))
 
 
 @contextmanager
-def real_workers(sockets: Path) -> Iterator[Workers]:
+def real_workers(sockets: Path) -> Iterator[WorkerAccess]:
     """The render and the perception worker."""
     render, perception = f"ipc://{sockets}/render", f"ipc://{sockets}/perception"
     with ExitStack() as running:
         running.enter_context(_process("render_worker", "--bind", render))
         running.enter_context(_process("perception_worker", "--bind", perception, "--render", render))
-        yield Workers(render=(render,), perception=(perception,))
+        yield WorkerAccess(render=(render,), perception=(perception,))
 
 
-def agent_command(job: str, run: Path, workers: Workers, *options: str) -> list[str]:
+def agent_command(job: str, run: Path, workers: WorkerAccess, *options: str) -> list[str]:
     """As the orchestrator starts an agent."""
     addresses = ["--render", *workers.render, "--perception", *workers.perception]
     return [sys.executable, "-P", "-m", "agent", job, "--run", str(run), *addresses, *options]

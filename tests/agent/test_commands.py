@@ -5,7 +5,7 @@ import pytest
 
 from agent.checkpointing.journal import Journal
 from agent.commands import EvaluationStopped, EvaluationWatch, evaluate_run, train_run
-from agent.connections import Workers
+from agent.connections import WorkerAccess
 from agent.logbook import Clocks
 from protocol.artifact import sha256
 from protocol.errors import ArtifactDamaged, ArtifactMissing, DeadlineExceeded, InvalidConfig, InvalidInput
@@ -68,13 +68,13 @@ def test_policies_and_episodes_can_be_chosen(run: Path, tmp_path: Path) -> None:
 
 def test_a_policy_that_nobody_knows_is_named_with_those_that_there_are(run: Path) -> None:
     with pytest.raises(InvalidInput, match=r"'hover'.*sac, stay, random, circle, front"):
-        evaluate_run(run, Workers(("ipc://x",), ("ipc://y",)), episodes=1, names=("hover",))
+        evaluate_run(run, WorkerAccess(("ipc://x",), ("ipc://y",)), episodes=1, names=("hover",))
 
 
 @pytest.mark.slow
 def test_nothing_is_evaluated_before_there_are_weights(run: Path) -> None:
     with pytest.raises(ArtifactMissing, match=r"weights\.safetensors"):
-        evaluate_run(run, Workers(("ipc://x",), ("ipc://y",)), episodes=1, names=("sac",))
+        evaluate_run(run, WorkerAccess(("ipc://x",), ("ipc://y",)), episodes=1, names=("sac",))
 
 
 @pytest.mark.slow
@@ -89,14 +89,14 @@ def test_weights_of_another_configuration_are_refused(run: Path, tmp_path: Path)
 def test_workers_that_are_not_there_are_named(run: Path, tmp_path: Path) -> None:
     (run / "config.toml").write_text(CONFIG.replace("startup = 5.0", "startup = 0.3"))
     with pytest.raises(DeadlineExceeded, match="nobody"):
-        train_run(run, Workers((f"ipc://{tmp_path}/nobody",), (f"ipc://{tmp_path}/nobody-either",)))
+        train_run(run, WorkerAccess((f"ipc://{tmp_path}/nobody",), (f"ipc://{tmp_path}/nobody-either",)))
     assert not (run / "weights.safetensors").exists()
 
 
 def test_a_configuration_with_an_unknown_field_is_refused(run: Path) -> None:
     (run / "config.toml").write_text("sede = 1")
     with pytest.raises(InvalidConfig, match="sede"):
-        train_run(run, Workers(("ipc://x",), ("ipc://y",)))
+        train_run(run, WorkerAccess(("ipc://x",), ("ipc://y",)))
 
 
 def test_an_evaluation_tells_how_far_it_is_and_stops_on_request(tmp_path: Path) -> None:

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from agent.connections import Connections, Workers
+from agent.connections import Connections, WorkerAccess
 from protocol.config import RunConfig, TimeoutsConfig
 from protocol.errors import DeadlineExceeded
 from protocol.messages import Lookup, Register, Registered, Role, State, WorkerRecord
 from protocol.messages import Workers as Table
-from protocol.server.worker_registration import Enrolment
+from protocol.server.worker_registration import WorkerRegistration
 from tests.agent.serving import analytic_workers
 from tests.serving import serving
 
@@ -24,7 +24,7 @@ def registered() -> list[WorkerRecord]:
 
 
 @pytest.fixture
-def orchestrator(tmp_path: Path, registered: list[WorkerRecord]) -> Iterator[Enrolment]:
+def orchestrator(tmp_path: Path, registered: list[WorkerRecord]) -> Iterator[WorkerRegistration]:
     """One that knows a render and a perception worker."""
     with analytic_workers(tmp_path) as workers:
         addresses = {Role.RENDER: workers.render, Role.PERCEPTION: workers.perception}
@@ -43,25 +43,30 @@ def orchestrator(tmp_path: Path, registered: list[WorkerRecord]) -> Iterator[Enr
 
         address = f"ipc://{tmp_path}/orchestrator"
         with serving({Register: register, Lookup: lookup}, address, role=Role.ORCHESTRATOR):
-            yield Enrolment(address, "agent")
+            yield WorkerRegistration(address, "agent")
 
 
-def test_with_an_orchestrator_no_worker_needs_to_be_named(orchestrator: Enrolment, registered) -> None:
-    with Connections(PATIENT, Workers(enrolment=orchestrator), lambda: None) as connections:
+def test_with_an_orchestrator_no_worker_needs_to_be_named(orchestrator: WorkerRegistration, registered) -> None:
+    with Connections(PATIENT, WorkerAccess(registration=orchestrator), lambda: None) as connections:
         connections.wait_ready()
-        assert connections.eyes.sample(3, "train") == connections.eyes.sample(3, "train")
+        assert connections.sensor.sample(3, "train") == connections.sensor.sample(3, "train")
         assert connections.statistics().late_replies == 0
     assert {(record.role, record.name, record.address) for record in registered} == {(Role.AGENT, "agent", "")}
     assert len({record.incarnation for record in registered}) == 1
 
 
 def test_workers_that_nobody_names_are_missed(tmp_path: Path) -> None:
-    nobody = Enrolment(f"ipc://{tmp_path}/nobody", "agent")
-    with Connections(BRIEF, Workers(enrolment=nobody), lambda: None) as connections, pytest.raises(DeadlineExceeded):
+    nobody = WorkerRegistration(f"ipc://{tmp_path}/nobody", "agent")
+    with (
+        Connections(BRIEF, WorkerAccess(registration=nobody), lambda: None) as connections,
+        pytest.raises(DeadlineExceeded),
+    ):
         connections.wait_ready()
 
 
 def test_who_is_left_alone_is_told_so(tmp_path: Path) -> None:
     orphaned = threading.Event()
-    with Connections(BRIEF, Workers(enrolment=Enrolment(f"ipc://{tmp_path}/nobody", "agent")), orphaned.set):
+    with Connections(
+        BRIEF, WorkerAccess(registration=WorkerRegistration(f"ipc://{tmp_path}/nobody", "agent")), orphaned.set
+    ):
         assert orphaned.wait(30)

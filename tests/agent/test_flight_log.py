@@ -4,11 +4,11 @@ import pytest
 from agent.environment.vector_hover import VectorHover
 from agent.flight_log import RECENT, SCRIPTED, FlightLog
 from protocol.config import EnvironmentConfig
-from tests.agent.analytic_eyes import AnalyticEyes
+from tests.agent.analytic_sensor import AnalyticSensor
 
 
-def test_finished_flights_are_numbered_as_they_end(eyes: AnalyticEyes) -> None:
-    env, log = VectorHover(eyes, config=EnvironmentConfig(num_envs=3, episode_steps=2)), FlightLog(1.6)
+def test_finished_flights_are_numbered_as_they_end(sensor: AnalyticSensor) -> None:
+    env, log = VectorHover(sensor, config=EnvironmentConfig(num_envs=3, episode_steps=2)), FlightLog(1.6)
     env.reset(seed=0)
     begun = env.flights
     assert log.add(env.step(np.zeros((3, 3)))[-1], "sac") == []

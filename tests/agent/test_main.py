@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 from agent.__main__ import main
-from agent.connections import Workers
+from agent.connections import WorkerAccess
 from protocol.failpoint import VARIABLE, Failpoints
 from protocol.system.exit_code import ExitCode
 from tests.agent.serving import agent_command, analytic_workers, environment
 from tests.agent.test_commands import CONFIG
 
-NOWHERE = Workers(("ipc:///nowhere/render",), ("ipc:///nowhere/perception",))
+NOWHERE = WorkerAccess(("ipc:///nowhere/render",), ("ipc:///nowhere/perception",))
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_a_run_of_another_configuration_is_left_alone_and_ends_with_2(tmp_path: 
     assert before == {path: path.read_bytes() for path in run.rglob("*") if path.is_file()}
 
 
-def addresses_of(workers: Workers) -> list[str]:
+def addresses_of(workers: WorkerAccess) -> list[str]:
     return ["--render", *workers.render, "--perception", *workers.perception]
 
 

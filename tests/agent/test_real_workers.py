@@ -12,8 +12,8 @@ from gymnasium.utils.env_checker import check_env
 
 import agent  # noqa: F401 (registers the environment)
 from agent.checkpointing.weights import load_weights
-from agent.connections import Workers
-from agent.environment.sensor import RemoteEyes
+from agent.connections import WorkerAccess
+from agent.environment.sensor import RemoteSensor
 from protocol import Pool, Timeouts
 from protocol.messages import Role
 from protocol.records import Evaluation, Summary
@@ -40,35 +40,35 @@ baselines = ["stay"]
 
 
 @pytest.fixture(scope="module")
-def workers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Workers]:
+def workers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WorkerAccess]:
     with real_workers(tmp_path_factory.mktemp("workers")) as addresses:
         yield addresses
 
 
 @pytest.fixture
-def eyes(workers: Workers) -> Iterator[RemoteEyes]:
+def sensor(workers: WorkerAccess) -> Iterator[RemoteSensor]:
     with (
         Pool(workers.render, role=Role.AGENT, serves=Role.RENDER, timeouts=PATIENCE) as render,
         Pool(workers.perception, role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENCE) as perception,
     ):
         render.wait_ready()
         perception.wait_ready()
-        yield RemoteEyes(render, perception)
+        yield RemoteSensor(render, perception)
 
 
-def test_gymnasium_finds_nothing_to_complain_about(eyes: RemoteEyes) -> None:
-    check_env(gymnasium.make("vantage/Hover-v0", eyes=eyes).unwrapped)
+def test_gymnasium_finds_nothing_to_complain_about(sensor: RemoteSensor) -> None:
+    check_env(gymnasium.make("vantage/Hover-v0", sensor=sensor).unwrapped)
 
 
-def test_every_stage_of_a_step_is_timed(eyes: RemoteEyes) -> None:
-    env = gymnasium.make("vantage/Hover-v0", eyes=eyes)
+def test_every_stage_of_a_step_is_timed(sensor: RemoteSensor) -> None:
+    env = gymnasium.make("vantage/Hover-v0", sensor=sensor)
     env.reset(seed=0)
     *_, info = env.step(np.zeros(3, np.float32))
     assert set(info["timings"]) == {"render", "infer", "decode", "lift", "qoe", "filter", "transport"}
     assert all(seconds >= 0.0 for seconds in info["timings"].values())
 
 
-def test_a_run_trains_evaluates_and_trains_the_same_again(workers: Workers, tmp_path: Path) -> None:
+def test_a_run_trains_evaluates_and_trains_the_same_again(workers: WorkerAccess, tmp_path: Path) -> None:
     for name in ("run", "again"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "config.toml").write_text(CONFIG)

@@ -9,14 +9,14 @@ import httpx
 import pytest
 
 from agent.commands import evaluate_run, train_run
-from agent.connections import Connections, Workers
+from agent.connections import Connections, WorkerAccess
 from agent.telemetry import agent_telemetry
 from protocol.config import RunConfig, TimeoutsConfig
 from protocol.errors import AddressUnavailable
 from protocol.messages import Observe, Role, Sampled, SampleScene
 from protocol.records import Progress
 from protocol.telemetry.info import About
-from tests.agent.analytic_eyes import AnalyticEyes, observe
+from tests.agent.analytic_sensor import AnalyticSensor, observe
 from tests.agent.serving import analytic_workers
 from tests.agent.test_commands import CONFIG
 from tests.protocol.processes.waiting import wait_until
@@ -25,13 +25,13 @@ from tests.serving import serving
 
 PATIENT = RunConfig(timeouts=TimeoutsConfig(startup=30.0, heartbeat=0.05))
 FLYING = Progress(time=1e9, phase="training", step=2, steps=10, episodes=0, steps_per_second=1.0)
-EYES = AnalyticEyes()
-SCENES = {SampleScene: lambda asked: Sampled(scene=EYES.sample(asked.seed, asked.split))}
+SENSOR = AnalyticSensor()
+SCENES = {SampleScene: lambda asked: Sampled(scene=SENSOR.sample(asked.seed, asked.split))}
 SIGHTS = {Observe: lambda asked: observe(asked.scene, asked.camera, asked.filter)}
 
 
 @contextmanager
-def watched(workers: Workers, checkpoints: Path):
+def watched(workers: WorkerAccess, checkpoints: Path):
     """The connections of an agent that does nothing, who is told of its progress, and a monitor."""
     at = free_endpoint()
     with (
@@ -45,7 +45,7 @@ def watched(workers: Workers, checkpoints: Path):
 @pytest.mark.slow
 def test_it_is_ready_while_it_flies_and_has_one_worker_of_each_role(tmp_path: Path) -> None:
     render, perception = f"ipc://{tmp_path}/render", f"ipc://{tmp_path}/perception"
-    with watched(Workers((render,), (perception,)), tmp_path) as (_, observer, monitor):
+    with watched(WorkerAccess((render,), (perception,)), tmp_path) as (_, observer, monitor):
         assert monitor.waits_on() == {"start", "render", "perception"}
         with serving(SIGHTS, perception, role=Role.PERCEPTION):
             wait_until(lambda: monitor.waits_on() == {"start", "render"})
@@ -89,7 +89,7 @@ def seeing_once(directory: Path, may_see: threading.Event, *, pictures: int = 0)
         serving(SCENES, render, role=Role.RENDER),
         serving({Observe: see}, perception, role=Role.PERCEPTION),
     ):
-        yield Workers((render,), (perception,))
+        yield WorkerAccess((render,), (perception,))
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from agent.learning.learner import Learner
 from agent.training import transition_of
 from protocol.config import EnvironmentConfig, RunConfig, TrainingConfig
 from protocol.records import Episode, Progress, Summary
-from tests.agent.analytic_eyes import TIMING, AnalyticEyes
+from tests.agent.analytic_sensor import TIMING, AnalyticSensor
 from tests.agent.trainings import CONFIG, trained
 
 
@@ -91,7 +91,7 @@ def test_the_same_seed_trains_the_same_weights_however_the_workers_answer(tmp_pa
         threading.Timer(next(delays), pending.succeed, (observation, TIMING)).start()
 
     trained(tmp_path / "at once", config)
-    trained(tmp_path / "late", config, eyes=AnalyticEyes(late))
+    trained(tmp_path / "late", config, sensor=AnalyticSensor(late))
     trained(tmp_path / "other", replace(config, seed=4))
     names = ("at once", "late", "other")
     one, again, other = [load_weights(tmp_path / name / "weights.safetensors")[0] for name in names]
@@ -117,7 +117,7 @@ def noted(tmp_path: Path, config: RunConfig, *, off_policy: bool) -> list[str]:
             learner.done.append(f"fly on {len(actions)}")
             super().fly_on(actions)
 
-    trained(tmp_path, config, learner=learner, env=Env(AnalyticEyes(), config=config.environment))
+    trained(tmp_path, config, learner=learner, env=Env(AnalyticSensor(), config=config.environment))
     return learner.done
 
 
@@ -176,13 +176,15 @@ def test_weights_are_there_before_the_end(tmp_path) -> None:
             pending.succeed(observation, TIMING)
 
     with pytest.raises(Crash):
-        trained(tmp_path, replace(CONFIG, training=replace(CONFIG.training, steps=1000)), eyes=AnalyticEyes(fail_late))
+        trained(
+            tmp_path, replace(CONFIG, training=replace(CONFIG.training, steps=1000)), sensor=AnalyticSensor(fail_late)
+        )
     assert int(load_weights(tmp_path / "weights.safetensors")[1]["steps"]) >= 10
     assert not (tmp_path / "summary.json").exists()
 
 
 def test_what_follows_a_finished_flight_is_its_own_last_observation() -> None:
-    env = VectorHover(AnalyticEyes(), config=EnvironmentConfig(num_envs=2, episode_steps=1))
+    env = VectorHover(AnalyticSensor(), config=EnvironmentConfig(num_envs=2, episode_steps=1))
     observations, _ = env.reset(seed=0)
     actions = np.zeros((2, 3), np.float32)
     result = env.step(actions)

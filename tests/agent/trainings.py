@@ -1,4 +1,4 @@
-"""Small trainings on eyes that compute what they see."""
+"""Small trainings with a sensor that computes what it sees."""
 
 import itertools
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from protocol.client.dispatcher import Statistics
 from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, RunConfig, SacConfig, TrainingConfig
 from protocol.failpoint import Failpoint, no_failpoint
 from protocol.records import Summary
-from tests.agent.analytic_eyes import AnalyticEyes
+from tests.agent.analytic_sensor import AnalyticSensor
 
 CONFIG = RunConfig(
     seed=3,
@@ -31,7 +31,7 @@ def trained(
     run: Path,
     config: RunConfig = CONFIG,
     *,
-    eyes: AnalyticEyes | None = None,
+    sensor: AnalyticSensor | None = None,
     env: VectorHover | None = None,
     learner: Learner | None = None,
     stop: Callable[[], bool] = lambda: False,
@@ -43,7 +43,7 @@ def trained(
     with open_training(
         run,
         config,
-        env=env or VectorHover(eyes or AnalyticEyes(), config=config.environment),
+        env=env or VectorHover(sensor or AnalyticSensor(), config=config.environment),
         learner=learner or make_learner(config.learner, config.environment, seed=config.seed),
         clocks=Clocks(wall=lambda: 1e9, steady=steady.__next__),
         stop=stop,

@@ -29,7 +29,7 @@ from protocol.messages import (
     State,
     WorkerRecord,
 )
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from protocol.security import Security, load_credentials
 from protocol.security.allow_list import read_allow_list
 from tests.protocol.processes.bare_client import bare_client

@@ -9,11 +9,13 @@ from agent.connections import Connections, Workers
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import RunConfig
 from protocol.messages import Observe, SampleScene
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from protocol.security import Security, load_credentials
-from protocol.server.worker_registration import Enrolment
+from protocol.server.worker_registration import WorkerRegistration
 
-workers = Workers(enrolment=Enrolment(sys.argv[2], "agent"), security=Security(load_credentials(Path(sys.argv[1]))))
+workers = Workers(
+    registration=WorkerRegistration(sys.argv[2], "agent"), security=Security(load_credentials(Path(sys.argv[1])))
+)
 with Connections(RunConfig(), workers, lambda: None) as connections:
     connections.wait_ready()
     scene = connections._render.call(SampleScene(seed=4, split="test")).scene

@@ -64,7 +64,7 @@ def images(engine, tmp_path_factory) -> Engine:
 
 
 @dataclass(frozen=True)
-class Untouched:
+class ControlRun:
     """A training that nothing happened to: what `up` said and how it ended, and the run, copied out of the volume."""
 
     output: str
@@ -74,9 +74,9 @@ class Untouched:
 
 
 @pytest.fixture(scope="session")
-def untouched(images, tmp_path_factory) -> Untouched:
-    folder = tmp_path_factory.mktemp("untouched")
-    stack = Stack(images, "untouched", folder / "keys")
+def control_run(images, tmp_path_factory) -> ControlRun:
+    folder = tmp_path_factory.mktemp("control_run")
+    stack = Stack(images, "control", folder / "keys")
     stack.remove()
     started = time.monotonic()
     done = stack.try_compose("up", "--no-build", timeout=RUN_PATIENCE)
@@ -85,7 +85,7 @@ def untouched(images, tmp_path_factory) -> Untouched:
     shutil.copytree(stack.run_directory(), copied)
     codes = stack.exit_codes()
     stack.remove()
-    return Untouched(done.stdout, done.returncode, codes, copied)
+    return ControlRun(done.stdout, done.returncode, codes, copied)
 
 
 def _wheels(tmp_path_factory) -> Path:

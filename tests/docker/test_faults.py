@@ -27,7 +27,7 @@ class Faults(UnderFire):
 
 
 @pytest.fixture(scope="module")
-def training(images, untouched, tmp_path_factory) -> Iterator[Faults]:
+def training(images, control_run, tmp_path_factory) -> Iterator[Faults]:
     stack = Stack(images, "faults", tmp_path_factory.mktemp("faults") / "keys")
     stack.remove()
     started = time.monotonic()
@@ -113,10 +113,10 @@ def test_a_rolling_restart_replaces_every_container(training, service):
     wait(lambda: stack.health(service) == "healthy", f"health of {service}")
 
 
-def test_in_the_end_all_is_as_if_nothing_had_happened(training, untouched):
+def test_in_the_end_all_is_as_if_nothing_had_happened(training, control_run):
     stack = training.stack
     wait(lambda: stack.exit_codes() == dict.fromkeys(SERVICES, 0), "the end of all with exit code 0", 600)
-    training.compare(untouched.run)
+    training.compare(control_run.run)
 
 
 def network_device(pid: str) -> str:

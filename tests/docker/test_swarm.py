@@ -87,7 +87,7 @@ class Restarts(UnderFire):
 
 
 @pytest.fixture(scope="module")
-def training(images, untouched, tmp_path_factory) -> Iterator[Restarts]:
+def training(images, control_run, tmp_path_factory) -> Iterator[Restarts]:
     keys = tmp_path_factory.mktemp("swarm") / "keys"
     Stack(images, "swarm-keys", keys).compose("run", "--rm", "keys")
     swarm = Swarm(images, keys)
@@ -122,6 +122,6 @@ def test_training_goes_on_during_a_rolling_restart(training, service):
     training.suffer(f"swarm: service update --force {service}", lambda: training.swarm.update(service, "--force"))
 
 
-def test_in_the_end_all_is_as_if_nothing_had_happened(training, untouched):
+def test_in_the_end_all_is_as_if_nothing_had_happened(training, control_run):
     wait(lambda: set(training.swarm.states().values()) == {"Complete"}, "the end of all with exit code 0", 600)
-    training.compare(untouched.run)
+    training.compare(control_run.run)

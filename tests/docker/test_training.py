@@ -5,16 +5,16 @@ import json
 from tests.docker.stack import SERVICES
 
 
-def test_up_trains_to_the_end_with_exit_code_0(untouched):
-    assert untouched.exit_code == 0, untouched.output
-    assert untouched.exit_codes == dict.fromkeys(SERVICES, 0)
+def test_up_trains_to_the_end_with_exit_code_0(control_run):
+    assert control_run.exit_code == 0, control_run.output
+    assert control_run.exit_codes == dict.fromkeys(SERVICES, 0)
 
 
-def test_the_results_are_in_the_volume(untouched):
-    assert (untouched.run / "weights.safetensors").is_file()
-    assert json.loads((untouched.run / "summary.json").read_bytes())
-    assert json.loads((untouched.run / "evaluation.json").read_bytes())
+def test_the_results_are_in_the_volume(control_run):
+    assert (control_run.run / "weights.safetensors").is_file()
+    assert json.loads((control_run.run / "summary.json").read_bytes())
+    assert json.loads((control_run.run / "evaluation.json").read_bytes())
 
 
-def test_nobody_said_a_secret(untouched):
-    assert '"secret"' not in untouched.output
+def test_nobody_said_a_secret(control_run):
+    assert '"secret"' not in control_run.output

@@ -48,10 +48,10 @@ class UnderFire:
         assert beyond is not None
         RECOVERIES.note(what, struck - began, beyond.time - struck)
 
-    def compare(self, untouched: Path) -> None:
-        """Fail unless the training came to the same as an untouched one: weights, episodes and replay journal."""
+    def compare(self, control_run: Path) -> None:
+        """Fail unless the training came to the same as a control run: weights, episodes and replay journal."""
         rows = self._steps // self._drones
-        found = compare(untouched, self._training.run_directory(), rows=rows, drones=self._drones)
+        found = compare(control_run, self._training.run_directory(), rows=rows, drones=self._drones)
         assert found.transitions == self._steps
         assert found.identical, found.differences
 

@@ -10,7 +10,7 @@ from orchestrator.run.run_directory import RunDirectory
 from protocol.errors import Unavailable
 from protocol.messages import Role, Sampled, SampleScene
 from protocol.system.descriptors import require_descriptors
-from tests.agent.analytic_eyes import AnalyticEyes
+from tests.agent.analytic_sensor import AnalyticSensor
 from tests.orchestrator.conftest import Command, processes_in
 from tests.serving import serving
 
@@ -84,8 +84,8 @@ def test_a_client_says_so_whichever_file_it_lacks(tmp_path_factory, limit):
 @pytest.mark.slow
 def test_a_client_that_lacks_files_for_a_while_connects_again_afterwards(tmp_path_factory):
     address = f"ipc://{tmp_path_factory.mktemp('s')}/render"
-    eyes = AnalyticEyes()
-    scenes = {SampleScene: lambda asked: Sampled(scene=eyes.sample(asked.seed, asked.split))}
+    sensor = AnalyticSensor()
+    scenes = {SampleScene: lambda asked: Sampled(scene=sensor.sample(asked.seed, asked.split))}
     client = subprocess.Popen(
         [sys.executable, "-c", IS_SHORT_OF_FILES_FOR_A_WHILE, address],
         stdin=subprocess.PIPE,

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from agent.environment.hover import Hover
-from agent.environment.sensor import RemoteEyes
+from agent.environment.sensor import RemoteSensor
 from protocol import Client, Pool
 from protocol.errors import ClientClosed, DeadlineExceeded, NotPermitted, VantageError
 from protocol.messages import Observe, Role, Sampled, SampleScene
 from protocol.timeouts import Timeouts
-from tests.agent.analytic_eyes import AnalyticEyes, observe
+from tests.agent.analytic_sensor import AnalyticSensor, observe
 from tests.protocol.security.deployment import Deployment
 from tests.serving import serving
 
@@ -29,11 +29,11 @@ pytestmark = [
 
 WAYS = ("fork", "spawn", "forkserver")
 PATIENCE = 60.0
-EYES = AnalyticEyes()
+SENSOR = AnalyticSensor()
 
 
 def sampled(request: SampleScene) -> Sampled:
-    return Sampled(scene=EYES.sample(request.seed, request.split))
+    return Sampled(scene=SENSOR.sample(request.seed, request.split))
 
 
 def ask(client: Client | Pool, seed: int = 7, deadline: float = 30.0) -> Any:
@@ -196,7 +196,7 @@ def test_forks_while_other_threads_call_cost_nobody_anything(render):
             thread.start()
         try:
             for seed in range(10):
-                assert elsewhere("fork", ask, pool, seed) == EYES.sample(seed, "train")
+                assert elsewhere("fork", ask, pool, seed) == SENSOR.sample(seed, "train")
         finally:
             over.set()
             for thread in threads:
@@ -219,7 +219,7 @@ def test_environments_side_by_side_see_with_the_pools_of_the_process_that_made_t
         Pool([render], role=Role.AGENT, serves=Role.RENDER, timeouts=timeouts) as scenes,
         Pool([perception], role=Role.AGENT, serves=Role.PERCEPTION, timeouts=timeouts) as sights,
     ):
-        make = partial(Hover, RemoteEyes(scenes, sights))
+        make = partial(Hover, RemoteSensor(scenes, sights))
         alone = gymnasium.vector.SyncVectorEnv([make, make])
         together = gymnasium.vector.AsyncVectorEnv([make, make], context=way)
         try:

@@ -22,7 +22,7 @@ from perception_worker.worker import open_perceiver
 from protocol.config import EnvironmentConfig, PerceptionConfig
 from protocol.errors import InvalidConfig, InvalidInput
 from render_worker import bake
-from tests.agent.analytic_eyes import AnalyticEyes
+from tests.agent.analytic_sensor import AnalyticSensor
 
 SHORT = EnvironmentConfig(num_envs=3, episode_steps=4)
 ONLY_THE_SECOND = np.array([False, True, False])
@@ -30,11 +30,11 @@ HOLD = np.zeros((3, 3), np.float32)
 
 
 def drones(mode: AutoresetMode | str = AutoresetMode.DISABLED, **given: Any) -> VectorHover:
-    return VectorHover(AnalyticEyes(), config=SHORT, autoreset_mode=mode, **given)
+    return VectorHover(AnalyticSensor(), config=SHORT, autoreset_mode=mode, **given)
 
 
 def gymnasiums_own() -> SyncVectorEnv:
-    return SyncVectorEnv([lambda: Hover(AnalyticEyes(), SHORT)] * 3, autoreset_mode=AutoresetMode.DISABLED)
+    return SyncVectorEnv([lambda: Hover(AnalyticSensor(), SHORT)] * 3, autoreset_mode=AutoresetMode.DISABLED)
 
 
 def seeds_of(env: VectorHover) -> list[int]:
@@ -123,7 +123,7 @@ def test_any_other_option_is_refused_by_name_and_changes_nothing(options: dict[s
 
 
 def test_of_one_drone_no_option_is_known() -> None:
-    env = Hover(AnalyticEyes(), SHORT)
+    env = Hover(AnalyticSensor(), SHORT)
     env.reset(seed=7, options={})
     flight = env.flight
     for options in ({"reset_mask": [True]}, {"position": (0, 0, 1)}):
@@ -163,7 +163,7 @@ def test_a_seed_that_is_none_is_refused_and_changes_nothing(seed: Any) -> None:
 
 @pytest.mark.parametrize("seed", [-1, 1.5, "7", 2**63, [1]])
 def test_one_drone_is_held_to_the_same_seeds(seed: Any) -> None:
-    env = Hover(AnalyticEyes(), SHORT)
+    env = Hover(AnalyticSensor(), SHORT)
     with pytest.raises(InvalidInput, match="seed"):
         env.reset(seed=seed)
     assert np.array_equal(env.reset(seed=np.int64(7))[0], env.reset(seed=7)[0])
@@ -188,19 +188,19 @@ def test_autoreset_modes_go_by_gymnasium_s_names() -> None:
 def test_what_gymnasium_s_make_hands_on_is_refused_by_name(make: Any, argument: dict[str, str]) -> None:
     [name] = argument
     with pytest.raises(InvalidInput, match=name):
-        make("vantage/Hover-v0", eyes=AnalyticEyes(), **argument)
-    make("vantage/Hover-v0", eyes=AnalyticEyes(), render_mode=None, split="test")
+        make("vantage/Hover-v0", sensor=AnalyticSensor(), **argument)
+    make("vantage/Hover-v0", sensor=AnalyticSensor(), render_mode=None, split="test")
 
 
 def test_a_time_limit_of_gymnasium_s_is_refused_where_no_wrapper_keeps_it() -> None:
     with pytest.raises(TypeError, match="max_episode_steps"):
-        gymnasium.make_vec("vantage/Hover-v0", eyes=AnalyticEyes(), max_episode_steps=3)
+        gymnasium.make_vec("vantage/Hover-v0", sensor=AnalyticSensor(), max_episode_steps=3)
 
 
 @pytest.mark.parametrize("num_envs", [0, -1, 1.5, "3"])
 def test_a_number_of_drones_that_is_none_is_refused(num_envs: Any) -> None:
     with pytest.raises(InvalidInput, match="num_envs"):
-        VectorHover(AnalyticEyes(), num_envs, SHORT)
+        VectorHover(AnalyticSensor(), num_envs, SHORT)
 
 
 def test_gymnasium_s_statistics_of_episodes_know_who_began_anew() -> None:

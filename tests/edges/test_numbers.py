@@ -20,7 +20,7 @@ from protocol.compliance.wire import Wire, connected, parts_of
 from protocol.frame import Frame
 from protocol.message import Request
 from protocol.messages import Failure, Perceive, Render
-from protocol.observation import FilterState, Observation
+from protocol.pose_estimate import FilterState, PoseEstimate
 from render_worker.worker import draw
 from tests.protocol.processes.serving import serving
 from tests.protocol.values.samples import SCENE
@@ -43,10 +43,10 @@ class NeverAsked:
         self.asked.append(request)
         return PERCEIVE.frame
 
-    def perceive(self, request: Perceive) -> Observation:
+    def perceive(self, request: Perceive) -> PoseEstimate:
         self.asked.append(request)
         nothing, nowhere = np.zeros(18), np.full((18, 3), np.nan)
-        return Observation(
+        return PoseEstimate(
             keypoints=nowhere[:, :2],
             points=nowhere,
             mass=nothing,
@@ -137,7 +137,7 @@ def test_a_deadline_that_is_none_is_told_and_not_waited_out(wire, room, deadline
 
 def test_what_is_odd_and_possible_is_answered(wire, room):
     assert isinstance(told(wire, RENDER, "scene.yaw", -1.0), Frame)
-    assert isinstance(told(wire, PERCEIVE, "frame.depth", math.nan), Observation)
+    assert isinstance(told(wire, PERCEIVE, "frame.depth", math.nan), PoseEstimate)
     assert len(room.asked) == 2
 
 

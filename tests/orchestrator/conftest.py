@@ -11,7 +11,7 @@ import pytest
 
 from orchestrator.run.run_directory import RunDirectory
 from orchestrator.run.versions import Versions
-from orchestrator.supervision.launch_plan import Launch
+from orchestrator.supervision.launch import Launch
 from protocol.config import RunConfig
 from protocol.messages import Role
 

@@ -129,7 +129,7 @@ class Others:
 @pytest.fixture
 def joined_session(fleet, display, stop):
     def make(others: Others) -> Session:
-        return Session(fleet, supervisor, display, stop, elsewhere=others)
+        return Session(fleet, supervisor, display, stop, remote_workers=others)
 
     with Supervisor(fleet, SupervisionConfig(restarts=1), Timeouts(startup=30.0)) as supervisor:
         yield make

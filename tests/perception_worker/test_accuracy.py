@@ -8,7 +8,7 @@ import pytest
 from protocol import Client
 from protocol.camera import Camera, CameraPose, Intrinsics, project
 from protocol.messages import Observe, Role, SampleScene
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from tests.perception_worker.workers import PATIENCE, running
 
 VIEWS = 30
@@ -36,7 +36,7 @@ def in_picture(pixels):
 
 
 def observe_views(render, perception):
-    """Observation, true pixels of the joints and height in pixels, for people whom training never sees."""
+    """Pose estimate, true pixels of the joints and height in pixels, for people whom training never sees."""
     rng = np.random.default_rng(0)
     for seed in range(1_000_000, 1_000_000 + VIEWS):
         scene = render.call(SampleScene(seed=seed, split="test")).scene

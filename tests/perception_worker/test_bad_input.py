@@ -13,7 +13,7 @@ from protocol import Client
 from protocol.config import PerceptionConfig
 from protocol.errors import InvalidOutput, Rejected
 from protocol.messages import Perceive, Render, Role
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from protocol.skeleton import Joint, weighted_uncertainty
 from protocol.system.exit_code import ExitCode
 from tests.perception_worker.drawn_maps import DrawnNetwork, draw, person

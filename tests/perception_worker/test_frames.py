@@ -16,8 +16,8 @@ from protocol.config import PerceptionConfig
 from protocol.errors import CallFailed, MalformedMessage, Rejected
 from protocol.frame import ENCODINGS
 from protocol.messages import Observe, Perceive, Render, Role
-from protocol.observation import FilterState
 from protocol.packing.packing import pack
+from protocol.pose_estimate import FilterState
 from protocol.region import Region
 from tests.perception_worker.drawn_maps import DrawnNetwork, person
 from tests.perception_worker.workers import PATIENCE, SCENE

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from perception_worker.kalman import REPEATED, update
 from protocol.joint_arrays import FARTHEST, MOST_VARIANCE
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from protocol.skeleton import Joint
 
 NOTHING = np.full((18, 3), np.nan)

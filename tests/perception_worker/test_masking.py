@@ -7,7 +7,7 @@ from perception_worker.look import TrackingLook, WholeLook
 from perception_worker.perceive import Perceiver
 from perception_worker.qoe import nearest_cells, quality_of_estimation
 from protocol.config import PerceptionConfig
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from protocol.skeleton import Joint
 from tests.perception_worker.drawn_maps import DrawnNetwork, person
 from tests.perception_worker.test_qoe import body

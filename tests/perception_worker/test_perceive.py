@@ -8,7 +8,7 @@ from perception_worker.look import WholeLook
 from perception_worker.networks.backend import open_network
 from perception_worker.perceive import Perceiver
 from protocol.config import PerceptionConfig
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from protocol.skeleton import Joint
 from tests.perception_worker.drawn_maps import DrawnNetwork, person
 from tests.perception_worker.lifter.bodies import lifter

@@ -16,8 +16,8 @@ from protocol.config import PerceptionConfig
 from protocol.errors import DeadlineExceeded, InvalidInput, Rejected
 from protocol.frame import Frame
 from protocol.messages import Observe, Perceive, Render, Role, State
-from protocol.observation import FilterState
 from protocol.packing.packing import pack
+from protocol.pose_estimate import FilterState
 from protocol.skeleton import Joint
 from protocol.system.exit_code import ExitCode
 from tests.perception_worker.calibration.trees import SETTING, stored

@@ -2,13 +2,13 @@
 
 import pytest
 
-from protocol import frame, messages, observation
+from protocol import frame, messages
 from protocol.catalogue import message_type, reply_type
 from protocol.errors import MalformedMessage
 from protocol.frame import Frame
 from protocol.message import Reply, Request
 from protocol.messages import MESSAGE_NUMBERS, Hello, Observe, Perceive, Ping, Pong, Render, Welcome
-from protocol.observation import Observation
+from protocol.pose_estimate import PoseEstimate
 
 
 def test_every_message_has_a_number_of_its_own_that_fits_two_bytes():
@@ -20,7 +20,7 @@ def test_every_message_has_a_number_of_its_own_that_fits_two_bytes():
 def test_every_message_that_is_written_is_numbered():
     written = {
         kind
-        for module in (messages, frame, observation)
+        for module in (messages, frame, pose_estimate)
         for kind in vars(module).values()
         if isinstance(kind, type) and issubclass(kind, Request | Reply)
     }
@@ -29,7 +29,7 @@ def test_every_message_that_is_written_is_numbered():
 
 @pytest.mark.parametrize(
     ("request_type", "answer"),
-    [(Hello, Welcome), (Ping, Pong), (Render, Frame), (Perceive, Observation), (Observe, Observation)],
+    [(Hello, Welcome), (Ping, Pong), (Render, Frame), (Perceive, PoseEstimate), (Observe, PoseEstimate)],
 )
 def test_a_request_names_its_reply(request_type, answer):
     assert reply_type(request_type) is answer

@@ -16,7 +16,7 @@ MARK = "VANTAGE_REHEARSAL"
 """A variable in the environment of every process of a rehearsal, by which all of them are found in the end."""
 
 
-class Crew:
+class Children:
     """The processes that the orchestrator has started for a run; it itself is not one of them."""
 
     def __init__(self, run: RunDirectory) -> None:

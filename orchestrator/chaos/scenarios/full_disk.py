@@ -39,7 +39,7 @@ class FullDisk(Scenario):
     def setup(self, run: RehearsedRun) -> None:
         """Note who is there, and fill the disk."""
         self._agent = run.member(Role.AGENT, 0.0)
-        self._workers = (*run.crew.alive(Role.RENDER), *run.crew.alive(Role.PERCEPTION))
+        self._workers = (*run.children.alive(Role.RENDER), *run.children.alive(Role.PERCEPTION))
         run.failpoints.order(CHECKPOINT, "wait 0")
         self._filled = run.now()
         self._most, _ = limit_files(self._agent.pid, 0)
@@ -55,7 +55,7 @@ class FullDisk(Scenario):
 
     def recovered(self, run: RehearsedRun) -> bool:
         """Whether somebody trains."""
-        return bool(run.crew.alive(Role.AGENT))
+        return bool(run.children.alive(Role.AGENT))
 
     def invariant(self, run: RehearsedRun) -> None:
         """It is the agent's trouble alone."""

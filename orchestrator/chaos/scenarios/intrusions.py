@@ -36,7 +36,7 @@ class Intrusion(Scenario):
 
     def setup(self, run: RehearsedRun) -> None:
         """Note who is there, and how many bad messages each had until now."""
-        self._all = run.crew.alive()
+        self._all = run.children.alive()
         run.wait(lambda: all(ping(process) for process in serving(run)), "every socket answered")
         self._malformed = {process.name: _malformed(process) for process in serving(run)}
 
@@ -81,7 +81,7 @@ def oversized(_chance: float) -> Intrusion:
 
 def serving(run: RehearsedRun) -> tuple[ProcessRecord, ...]:
     """Whoever has a socket, the orchestrator included."""
-    return (*(process for process in run.crew.alive() if process.address), run.orchestrator_record())
+    return (*(process for process in run.children.alive() if process.address), run.orchestrator_record())
 
 
 def _malformed(process: ProcessRecord) -> int:

@@ -39,7 +39,7 @@ class KillOrchestrator(Scenario):
 
     def setup(self, run: RehearsedRun) -> None:
         """Note who is there."""
-        self._others = run.crew.alive()
+        self._others = run.children.alive()
 
     def fault(self, run: RehearsedRun) -> float:
         """Kill it, and start another a while later."""

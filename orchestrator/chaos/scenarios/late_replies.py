@@ -25,7 +25,7 @@ class LateReply(Scenario):
 
     def setup(self, run: RehearsedRun) -> None:
         """Note who is there, and have the next reply held back."""
-        self._workers = run.crew.alive(self._role)
+        self._workers = run.children.alive(self._role)
         run.failpoints.order(self._place, f"wait {run.timeouts.call + OVERDUE:g}")
 
     def fault(self, run: RehearsedRun) -> float:

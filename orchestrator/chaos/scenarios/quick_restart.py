@@ -33,7 +33,7 @@ class RestartWithinAPing(Scenario):
     def setup(self, run: RehearsedRun) -> None:
         """Note who else is there."""
         run.member(self._role, self._chance)
-        self._others = tuple(process for process in run.crew.alive() if process.role is not self._role)
+        self._others = tuple(process for process in run.children.alive() if process.role is not self._role)
 
     def fault(self, run: RehearsedRun) -> float:
         """Kill it, again if its successor was not quick enough."""

@@ -44,7 +44,7 @@ class StopOrchestrator(Scenario):
 
     def setup(self, run: RehearsedRun) -> None:
         """Note who is there."""
-        self._others = run.crew.alive()
+        self._others = run.children.alive()
 
     def fault(self, run: RehearsedRun) -> float:
         """Stop it for a while."""

@@ -28,7 +28,7 @@ class Strike(Scenario):
     def setup(self, run: RehearsedRun) -> None:
         """Choose whom."""
         self._victim = run.member(self._role, self._chance)
-        self._others = without(self._victim, run.crew.alive())
+        self._others = without(self._victim, run.children.alive())
 
     def fault(self, run: RehearsedRun) -> float:
         """Send it the signal."""

@@ -13,7 +13,7 @@ from protocol.arrays import AnyArray, Float64Array
 from protocol.camera import project
 from protocol.errors import InvalidInput
 from protocol.messages import Observe
-from protocol.observation import Lifting, Observation
+from protocol.pose_estimate import Lifting, PoseEstimate
 from protocol.skeleton import JOINT_COUNT
 
 LIFTINGS: tuple[Lifting, ...] = ("mean", "median", "nearest")
@@ -87,7 +87,7 @@ def _schema() -> pa.Schema:
 SCHEMA = _schema()
 
 
-def joint_columns(request: Observe, observation: Observation) -> dict[str, AnyArray]:
+def joint_columns(request: Observe, observation: PoseEstimate) -> dict[str, AnyArray]:
     """The columns of `_JOINT` and of each reading, 18 values each.
 
     Raises:

@@ -10,7 +10,7 @@ from pathlib import Path
 from protocol.client.pending import Pending
 from protocol.config import RunConfig
 from protocol.failpoint import Failpoints, no_failpoint
-from tests.agent.analytic_eyes import TIMING, AnalyticEyes
+from tests.agent.analytic_sensor import TIMING, AnalyticSensor
 from tests.agent.trainings import trained
 
 
@@ -48,4 +48,4 @@ def _train(run: Path, config: RunConfig, look: int | None, failpoints: Path | No
         pending.succeed(observation, TIMING)
 
     reach = Failpoints(failpoints).reach if failpoints else no_failpoint
-    trained(run, config, eyes=AnalyticEyes(deliver), failpoint=reach)
+    trained(run, config, sensor=AnalyticSensor(deliver), failpoint=reach)

@@ -2,14 +2,14 @@ import hashlib
 
 import pytest
 
-from agent.checkpointing.append_only_file import GrowingFile, mark_of, require_intact
+from agent.checkpointing.append_only_file import AppendOnlyFile, mark_of, require_intact
 from agent.errors import JournalDamaged
 from tests.agent.checkpointing.full_disk import no_file_larger_than
 
 
 def test_what_is_added_is_there_once_it_is_written(tmp_path) -> None:
     path = tmp_path / "file"
-    file = GrowingFile(path)
+    file = AppendOnlyFile(path)
     file.add(b"one ")
     file.add(b"two ")
     assert (path.read_bytes(), file.length, file.mark.length) == (b"", 8, 0)
@@ -23,7 +23,7 @@ def test_what_is_added_is_there_once_it_is_written(tmp_path) -> None:
 def test_a_file_opened_again_is_cut_back_and_goes_on(tmp_path) -> None:
     path = tmp_path / "file"
     path.write_bytes(b"one two three")
-    file = GrowingFile(path, 8)
+    file = AppendOnlyFile(path, 8)
     assert path.read_bytes() == b"one two "
     file.add(b"four")
     file.write()
@@ -34,7 +34,7 @@ def test_a_file_opened_again_is_cut_back_and_goes_on(tmp_path) -> None:
 
 def test_what_a_full_disk_did_not_take_is_written_whole_later(tmp_path) -> None:
     path = tmp_path / "file"
-    file = GrowingFile(path)
+    file = AppendOnlyFile(path)
     file.add(b"a" * 600)
     file.write()
     before = file.mark

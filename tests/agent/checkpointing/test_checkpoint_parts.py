@@ -21,7 +21,7 @@ from agent.learning.algorithms import make_learner
 from agent.learning.learner import Learner
 from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, RunConfig, SacConfig, TrainingConfig
 from protocol.errors import InvalidInput, WorkerLost
-from tests.agent.analytic_eyes import TIMING, AnalyticEyes
+from tests.agent.analytic_sensor import TIMING, AnalyticSensor
 from tests.agent.checkpointing.comparison import differing
 from tests.agent.checkpointing.restless import restless
 from tests.agent.trainings import trained
@@ -94,13 +94,13 @@ def each(parts: dict[str, tuple[str, ...]]) -> pytest.MarkDecorator:
 
 def flown(run: Path, name: str, **changes: Any) -> None:
     config = CONFIGS[name]
-    env = VectorHover(changes.pop("eyes", None) or AnalyticEyes(), config=config.environment)
+    env = VectorHover(changes.pop("sensor", None) or AnalyticSensor(), config=config.environment)
     wrap = changes.pop("wrap", lambda learner: learner)
     trained(run, config, env=env, learner=wrap(restless(config, env)), **changes)
 
 
 @pytest.fixture(scope="module")
-def untouched(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+def control_run(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
     return each_once(tmp_path_factory, lambda run, name: flown(run, name))
 
 
@@ -118,7 +118,7 @@ def interrupted(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Pat
                 pending.succeed(observation, TIMING)
 
         with pytest.raises(WorkerLost):
-            flown(run, name, eyes=AnalyticEyes(deliver))
+            flown(run, name, sensor=AnalyticSensor(deliver))
 
     return each_once(tmp_path_factory, fly)
 
@@ -160,7 +160,7 @@ def of_a_new_process(config: RunConfig) -> dict[str, Any]:
     learner = make_learner(config.learner, config.environment, seed=config.seed)
     return {
         "loop": {"phase": "prefill" if learner.off_policy else "evaluation", "done": 0, "under_way": None},
-        "environment": VectorHover(AnalyticEyes(), config=config.environment).state(),
+        "environment": VectorHover(AnalyticSensor(), config=config.environment).state(),
         "logbook": {"flights": FlightLog(1.6).state(), "flown": 0, "gathered": {}},
         "learner": learner.state(),
     }
@@ -184,12 +184,12 @@ def leaves(state: dict[str, Any], prefix: str = "") -> Iterator[str]:
 
 
 @pytest.mark.parametrize("name", CONFIGS)
-def test_with_all_parts_nothing_differs(tmp_path, untouched, interrupted, name: str) -> None:
+def test_with_all_parts_nothing_differs(tmp_path, control_run, interrupted, name: str) -> None:
     run = tmp_path / "run"
     shutil.copytree(interrupted(name), run)
     rewritten(run, lambda state, weights: None)
     assert gone_on(run, name) == "done"
-    assert differing(run, untouched(name)) == set()
+    assert differing(run, control_run(name)) == set()
 
 
 @pytest.mark.parametrize("name", CONFIGS)
@@ -203,11 +203,11 @@ def test_these_are_all_parts(interrupted, name: str) -> None:
 
 
 @each(PARTS)
-def test_a_part_of_the_state_that_is_left_out_is_seen(tmp_path, untouched, interrupted, name: str, part: str) -> None:
+def test_a_part_of_the_state_that_is_left_out_is_seen(tmp_path, control_run, interrupted, name: str, part: str) -> None:
     run = tmp_path / "run"
     shutil.copytree(interrupted(name), run)
     rewritten(run, without(part, name))
-    assert gone_on(run, name) != "done" or differing(run, untouched(name))
+    assert gone_on(run, name) != "done" or differing(run, control_run(name))
 
 
 def without(part: str, name: str) -> Callable[[dict[str, Any], dict[str, Any]], None]:
@@ -221,15 +221,15 @@ def without(part: str, name: str) -> Callable[[dict[str, Any], dict[str, Any]], 
 
 
 @pytest.mark.parametrize("part", OF_A_WHOLE_ROLLOUT)
-def test_a_part_of_a_whole_rollout_that_is_left_out_is_seen(tmp_path, untouched, part: str) -> None:
+def test_a_part_of_a_whole_rollout_that_is_left_out_is_seen(tmp_path, control_run, part: str) -> None:
     run, steps = tmp_path / "run", iter(range(PPO.learner.ppo.rollout))
     flown(run, "ppo", stop=lambda: next(steps, None) is None)
     rewritten(run, without(part, "ppo"))
-    assert gone_on(run, "ppo") != "done" or differing(run, untouched("ppo"))
+    assert gone_on(run, "ppo") != "done" or differing(run, control_run("ppo"))
 
 
 @each(NETWORKS)
-def test_a_network_that_is_left_out_is_seen(tmp_path, untouched, interrupted, name: str, part: str) -> None:
+def test_a_network_that_is_left_out_is_seen(tmp_path, control_run, interrupted, name: str, part: str) -> None:
     def leave_out(state: dict[str, Any], weights: dict[str, Any]) -> None:
         config = CONFIGS[name]
         fresh = make_learner(config.learner, config.environment, seed=config.seed).weights()
@@ -239,10 +239,10 @@ def test_a_network_that_is_left_out_is_seen(tmp_path, untouched, interrupted, na
     shutil.copytree(interrupted(name), run)
     rewritten(run, leave_out)
     assert gone_on(run, name) == "done"
-    assert "weights.safetensors" in differing(run, untouched(name))
+    assert "weights.safetensors" in differing(run, control_run(name))
 
 
-def test_a_replay_memory_that_is_not_recalled_is_seen(tmp_path, untouched, interrupted) -> None:
+def test_a_replay_memory_that_is_not_recalled_is_seen(tmp_path, control_run, interrupted) -> None:
     def forgetful(learner: Learner) -> Learner:
         learner.recall = lambda steps: None
         return learner
@@ -253,7 +253,7 @@ def test_a_replay_memory_that_is_not_recalled_is_seen(tmp_path, untouched, inter
 
 
 @pytest.mark.parametrize("part", ["replay", "episodes"])
-def test_a_journal_that_is_not_named_is_seen(tmp_path, untouched, interrupted, part: str) -> None:
+def test_a_journal_that_is_not_named_is_seen(tmp_path, control_run, interrupted, part: str) -> None:
     run = tmp_path / "run"
     shutil.copytree(interrupted("sac"), run)
     checkpoint = read_checkpoint(newest(run))
@@ -261,4 +261,4 @@ def test_a_journal_that_is_not_named_is_seen(tmp_path, untouched, interrupted, p
     changed = replace(grown, replay=()) if part == "replay" else replace(grown, episodes=mark_of_bytes(b""))
     write_manifest(checkpoint.path, replace(checkpoint.manifest, grown=changed))
     gone_on(run, "sac")
-    assert {"replay": "replay/000000.bin", "episodes": "episodes.jsonl"}[part] in differing(run, untouched("sac"))
+    assert {"replay": "replay/000000.bin", "episodes": "episodes.jsonl"}[part] in differing(run, control_run("sac"))

@@ -18,7 +18,7 @@ from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, RunConf
 from protocol.errors import WorkerLost
 from protocol.failpoint import Failpoints
 from protocol.records import Summary
-from tests.agent.analytic_eyes import TIMING, AnalyticEyes
+from tests.agent.analytic_sensor import TIMING, AnalyticSensor
 from tests.agent.checkpointing.comparison import curves, differing
 from tests.agent.checkpointing.full_disk import no_file_larger_than
 from tests.agent.checkpointing.killing import train_until
@@ -50,7 +50,7 @@ BOTH = pytest.mark.parametrize("config", [SAC, PPO], ids=["sac", "ppo"])
 
 
 @pytest.fixture(scope="module")
-def untouched(tmp_path_factory: pytest.TempPathFactory) -> Callable[[RunConfig], Path]:
+def control_run(tmp_path_factory: pytest.TempPathFactory) -> Callable[[RunConfig], Path]:
     """The run directory of a training that nothing happened to."""
     runs: dict[str, Path] = {}
 
@@ -72,35 +72,37 @@ def stopped_after(steps: int) -> Callable[[], bool]:
 
 @BOTH
 @pytest.mark.parametrize("steps", [0, 4, 9, 10, 13, 14, 22, 29])
-def test_a_training_stopped_and_gone_on_with_ends_the_same(tmp_path, untouched, config, steps: int) -> None:
+def test_a_training_stopped_and_gone_on_with_ends_the_same(tmp_path, control_run, config, steps: int) -> None:
     run = tmp_path / "run"
     summary = trained(run, config, stop=stopped_after(steps))
     assert not summary.complete
     assert trained(run, config).complete
-    assert differing(run, untouched(config)) == set()
+    assert differing(run, control_run(config)) == set()
 
 
-def test_a_training_stopped_again_and_again_ends_the_same(tmp_path, untouched) -> None:
+def test_a_training_stopped_again_and_again_ends_the_same(tmp_path, control_run) -> None:
     run = tmp_path / "run"
     while not trained(run, SAC, stop=stopped_after(3)).complete:
         pass
-    assert differing(run, untouched(SAC)) == set()
+    assert differing(run, control_run(SAC)) == set()
 
 
 @BOTH
-def test_a_training_killed_at_random_pictures_ends_the_same(tmp_path, untouched, config) -> None:
+def test_a_training_killed_at_random_pictures_ends_the_same(tmp_path, control_run, config) -> None:
     run, rng = tmp_path / "run", random.Random(7)
     kills = 0
     while (code := train_until(run, config, look=rng.randrange(10, 40))) != 0:
         assert code == -signal.SIGKILL
         kills += 1
     assert kills >= 3
-    assert differing(run, untouched(config)) == set()
+    assert differing(run, control_run(config)) == set()
 
 
 @BOTH
 @pytest.mark.parametrize("place", PLACES)
-def test_a_training_killed_while_it_writes_a_checkpoint_ends_the_same(tmp_path, untouched, config, place: str) -> None:
+def test_a_training_killed_while_it_writes_a_checkpoint_ends_the_same(
+    tmp_path, control_run, config, place: str
+) -> None:
     run, points = tmp_path / "run", Failpoints(tmp_path / "failpoints")
     trained(run, config, stop=stopped_after(9))
     points.order(place, "kill")
@@ -108,40 +110,40 @@ def test_a_training_killed_while_it_writes_a_checkpoint_ends_the_same(tmp_path, 
     assert not points.is_pending(place)
     assert all(read_checkpoint(path) for path in (run / "checkpoints").glob("step-*")), "whole or not there"
     assert train_until(run, config) == 0
-    assert differing(run, untouched(config)) == set()
+    assert differing(run, control_run(config)) == set()
     assert not list((run / "checkpoints").glob(".*")), "nothing is left aside"
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_a_training_killed_at_its_first_checkpoint_ends_the_same(tmp_path, untouched, place: str) -> None:
+def test_a_training_killed_at_its_first_checkpoint_ends_the_same(tmp_path, control_run, place: str) -> None:
     run, points = tmp_path / "run", Failpoints(tmp_path / "failpoints")
     points.order(place, "kill")
     assert train_until(run, SAC, failpoints=tmp_path / "failpoints") == -signal.SIGKILL
     assert train_until(run, SAC) == 0
-    assert differing(run, untouched(SAC)) == set()
+    assert differing(run, control_run(SAC)) == set()
 
 
-def test_a_training_that_is_complete_only_says_so_again(tmp_path, untouched) -> None:
+def test_a_training_that_is_complete_only_says_so_again(tmp_path, control_run) -> None:
     run = tmp_path / "run"
-    shutil.copytree(untouched(SAC), run)
+    shutil.copytree(control_run(SAC), run)
     before = sorted((run / "checkpoints").iterdir())
     summary = msgspec.json.decode((run / "summary.json").read_bytes(), type=Summary)
     (run / "weights.safetensors").unlink()
     (run / "summary.json").unlink()
     again = trained(run, SAC)
     assert (again.complete, again.steps, again.seconds) == (True, summary.steps, summary.seconds)
-    assert differing(run, untouched(SAC)) == set()
+    assert differing(run, control_run(SAC)) == set()
     assert sorted((run / "checkpoints").iterdir()) == before
 
 
-def test_a_run_may_be_made_longer(tmp_path, untouched) -> None:
+def test_a_run_may_be_made_longer(tmp_path, control_run) -> None:
     run = tmp_path / "run"
     trained(run, replace(SAC, training=replace(SAC.training, steps=30)))
     trained(run, SAC)
-    assert differing(run, untouched(SAC)) == set()
+    assert differing(run, control_run(SAC)) == set()
 
 
-def test_seconds_and_calls_are_those_of_all_processes(tmp_path, untouched) -> None:
+def test_seconds_and_calls_are_those_of_all_processes(tmp_path, control_run) -> None:
     run = tmp_path / "run"
     first, second = trained(run, SAC, stop=stopped_after(22)), trained(run, SAC)
     assert second.seconds > first.seconds > 0
@@ -149,7 +151,7 @@ def test_seconds_and_calls_are_those_of_all_processes(tmp_path, untouched) -> No
     assert set(second.stages) == {"render", "infer", "transport", "learn"}
 
 
-def test_curves_have_no_point_twice(tmp_path, untouched) -> None:
+def test_curves_have_no_point_twice(tmp_path, control_run) -> None:
     """Points are drawn after the last checkpoint, and again when the training goes on from it."""
     run = tmp_path / "run"
     trained(run, SAC, stop=stopped_after(20))
@@ -158,12 +160,12 @@ def test_curves_have_no_point_twice(tmp_path, untouched) -> None:
     trained(run, SAC)
     steps = [step for step, _ in curves(run)["Flights / Mean return"]]
     assert steps == sorted(set(steps))
-    assert curves(run) == curves(untouched(SAC))
+    assert curves(run) == curves(control_run(SAC))
 
 
 # TensorBoard's own thread ends with the error, after it has told us.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-def test_a_full_disk_costs_checkpoints_and_nothing_else(tmp_path, untouched, caplog) -> None:
+def test_a_full_disk_costs_checkpoints_and_nothing_else(tmp_path, control_run, caplog) -> None:
     run = tmp_path / "run"
     trained(run, SAC, stop=stopped_after(9))
     before = sorted((run / "checkpoints").iterdir())
@@ -179,7 +181,7 @@ def test_a_full_disk_costs_checkpoints_and_nothing_else(tmp_path, untouched, cap
     disk.__enter__()
     assert trained(run, SAC, stop=stop).complete
     assert "no checkpoint after 28 steps" in caplog.text
-    assert differing(run, untouched(SAC)) - {"curves"} == set()
+    assert differing(run, control_run(SAC)) - {"curves"} == set()
 
 
 def damaged(run: Path, name: str) -> None:
@@ -188,7 +190,7 @@ def damaged(run: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["manifest.json", "weights.safetensors", "state.safetensors", "state.msgpack"])
-def test_a_damaged_checkpoint_is_reported_and_passed_over(tmp_path, untouched, caplog, name: str) -> None:
+def test_a_damaged_checkpoint_is_reported_and_passed_over(tmp_path, control_run, caplog, name: str) -> None:
     run = tmp_path / "run"
     trained(run, SAC, stop=stopped_after(22))
     newest = max((run / "checkpoints").glob("step-*"))
@@ -196,10 +198,10 @@ def test_a_damaged_checkpoint_is_reported_and_passed_over(tmp_path, untouched, c
     assert trained(run, SAC).complete
     assert f"passed over the damaged checkpoint {newest.name}" in caplog.text
     assert name in caplog.text
-    assert differing(run, untouched(SAC)) == set()
+    assert differing(run, control_run(SAC)) == set()
 
 
-def test_two_trainings_at_once_are_refused_the_second_one(tmp_path, untouched) -> None:
+def test_two_trainings_at_once_are_refused_the_second_one(tmp_path, control_run) -> None:
     run, refused = tmp_path / "run", []
 
     def stop() -> bool:
@@ -214,8 +216,8 @@ def test_two_trainings_at_once_are_refused_the_second_one(tmp_path, untouched) -
     assert refused == [True]
 
 
-def lost_at(look: int) -> AnalyticEyes:
-    """Eyes whose workers are gone from a picture on."""
+def lost_at(look: int) -> AnalyticSensor:
+    """Sensor whose workers are gone from a picture on."""
     looks = itertools.count(1)
 
     def deliver(pending, observation) -> None:
@@ -224,29 +226,29 @@ def lost_at(look: int) -> AnalyticEyes:
         else:
             pending.fail(WorkerLost("gone"), TIMING)
 
-    return AnalyticEyes(deliver)
+    return AnalyticSensor(deliver)
 
 
 @BOTH
 @pytest.mark.parametrize("look", [3, 20, 21, 45, 60])
 def test_a_training_whose_workers_are_lost_in_a_step_goes_on_with_that_step(
-    tmp_path, untouched, config, look: int
+    tmp_path, control_run, config, look: int
 ) -> None:
     run = tmp_path / "run"
     with pytest.raises(WorkerLost):
-        trained(run, config, eyes=lost_at(look))
+        trained(run, config, sensor=lost_at(look))
     with pytest.raises(WorkerLost):
-        trained(run, config, eyes=lost_at(1))
+        trained(run, config, sensor=lost_at(1))
     assert trained(run, config).complete
-    assert differing(run, untouched(config)) == set()
+    assert differing(run, control_run(config)) == set()
 
 
-def test_workers_that_are_lost_after_a_request_to_stop_make_no_failure(tmp_path, untouched) -> None:
-    run, eyes = tmp_path / "run", lost_at(40)
-    stopped = trained(run, SAC, eyes=eyes, stop=lambda: eyes.looks >= 40)
+def test_workers_that_are_lost_after_a_request_to_stop_make_no_failure(tmp_path, control_run) -> None:
+    run, sensor = tmp_path / "run", lost_at(40)
+    stopped = trained(run, SAC, sensor=sensor, stop=lambda: sensor.looks >= 40)
     assert not stopped.complete
     assert trained(run, SAC).complete
-    assert differing(run, untouched(SAC)) == set()
+    assert differing(run, control_run(SAC)) == set()
 
 
 def everything(run: Path) -> dict[Path, bytes]:

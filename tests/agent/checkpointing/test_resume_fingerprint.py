@@ -1,7 +1,7 @@
 import pytest
 from msgspec.structs import replace
 
-from agent.checkpointing.resume_fingerprint import essentials, require_same
+from agent.checkpointing.resume_fingerprint import fingerprint, require_same
 from agent.errors import OtherConfig
 from protocol.config import (
     EnvironmentConfig,
@@ -31,7 +31,7 @@ CONFIG = RunConfig()
     ],
 )
 def test_what_a_result_does_not_depend_on_may_change(other: RunConfig) -> None:
-    require_same(essentials(CONFIG), other, "it")
+    require_same(fingerprint(CONFIG), other, "it")
 
 
 @pytest.mark.parametrize(
@@ -47,11 +47,11 @@ def test_what_a_result_does_not_depend_on_may_change(other: RunConfig) -> None:
 )
 def test_what_differs_is_named(other: RunConfig, words: str) -> None:
     with pytest.raises(OtherConfig, match=f"it is of another configuration: .*{words}"):
-        require_same(essentials(CONFIG), other, "it")
+        require_same(fingerprint(CONFIG), other, "it")
 
 
 def test_a_setting_that_came_later_had_its_default() -> None:
-    recorded = essentials(CONFIG)
+    recorded = fingerprint(CONFIG)
     del recorded["environment"]["beta"]
     require_same(recorded, CONFIG, "it")
     with pytest.raises(OtherConfig, match=r"environment\.beta was 2\.0, is 3\.0"):
@@ -60,4 +60,4 @@ def test_a_setting_that_came_later_had_its_default() -> None:
 
 def test_a_setting_that_nobody_knows_is_named() -> None:
     with pytest.raises(OtherConfig, match="wind"):
-        require_same({**essentials(CONFIG), "wind": 3}, CONFIG, "it")
+        require_same({**fingerprint(CONFIG), "wind": 3}, CONFIG, "it")

@@ -4,36 +4,36 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from agent.environment.flight import Flight, camera_of, earn, move, see, succeeded, take_off
+from agent.environment.flight import Flight, camera_of, move, succeeded, take_off, with_observation, with_reward
 from agent.environment.reward import step_reward
 from protocol.camera import project
 from protocol.config import CameraConfig, EnvironmentConfig
-from tests.agent.analytic_eyes import AnalyticEyes, observe
+from tests.agent.analytic_sensor import AnalyticSensor, observe
 
 CONFIG = EnvironmentConfig(episode_steps=3)
 
 
 @pytest.fixture
-def flight(eyes: AnalyticEyes) -> Flight:
-    return replace(take_off(CONFIG, 5, eyes.sample(5, "train")), position=(4.0, 0.0, 2.0))
+def flight(sensor: AnalyticSensor) -> Flight:
+    return replace(take_off(CONFIG, 5, sensor.sample(5, "train")), position=(4.0, 0.0, 2.0))
 
 
-def test_a_start_follows_from_the_seed(eyes: AnalyticEyes) -> None:
-    scene = eyes.sample(5, "train")
+def test_a_start_follows_from_the_seed(sensor: AnalyticSensor) -> None:
+    scene = sensor.sample(5, "train")
     assert take_off(CONFIG, 5, scene).position == take_off(CONFIG, 5, scene).position
     assert take_off(CONFIG, 5, scene).position != take_off(CONFIG, 6, scene).position
 
 
-def test_a_start_says_nothing_about_the_yaw_of_the_same_seed(eyes: AnalyticEyes) -> None:
-    scenes = [eyes.sample(seed, "train") for seed in range(300)]
+def test_a_start_says_nothing_about_the_yaw_of_the_same_seed(sensor: AnalyticSensor) -> None:
+    scenes = [sensor.sample(seed, "train") for seed in range(300)]
     starts = [take_off(CONFIG, seed, scene).position for seed, scene in enumerate(scenes)]
     bearings = [math.atan2(y, x) for x, y, _ in starts]
     together = np.mean([math.cos(scene.yaw - bearing) for scene, bearing in zip(scenes, bearings, strict=True)])
     assert abs(together) < 0.15
 
 
-def test_a_new_flight_knows_nothing_of_the_person(eyes: AnalyticEyes) -> None:
-    flight = take_off(CONFIG, 5, eyes.sample(5, "train"))
+def test_a_new_flight_knows_nothing_of_the_person(sensor: AnalyticSensor) -> None:
+    flight = take_off(CONFIG, 5, sensor.sample(5, "train"))
     assert flight.uncertainty == 10.0
     assert np.array_equal(flight.filter.mean, np.tile([0.0, 0.0, CONFIG.target_height], (18, 1)))
     assert not flight.over
@@ -61,7 +61,7 @@ def test_a_crash_in_the_last_step_is_a_crash(flight: Flight) -> None:
 
 def test_a_picture_brings_filter_and_quality(flight: Flight) -> None:
     observation = observe(flight.scene, camera_of(CONFIG, flight), flight.filter)
-    seen = see(flight, observation)
+    seen = with_observation(flight, observation)
     assert seen.filter is observation.filter
     assert seen.quality is observation.quality
     assert seen.uncertainty < 10.0
@@ -70,7 +70,7 @@ def test_a_picture_brings_filter_and_quality(flight: Flight) -> None:
 def test_rewards_add_up(flight: Flight) -> None:
     total = 0.0
     for number in (1, 2):
-        flight, reward = earn(CONFIG, move(CONFIG, flight, np.zeros(3)))
+        flight, reward = with_reward(CONFIG, move(CONFIG, flight, np.zeros(3)))
         total += reward
         assert reward == step_reward(
             CONFIG, flight.scene, flight.position, flight.filter.variance, number, ended_badly=False

@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from agent.environment.reward import front_point, step_reward, uncertainty_weight
 from protocol.config import EnvironmentConfig
-from tests.agent.analytic_eyes import AnalyticEyes
+from tests.agent.analytic_sensor import AnalyticSensor
 
 CONFIG = EnvironmentConfig(
     beta=2.0,
@@ -17,7 +17,7 @@ CONFIG = EnvironmentConfig(
     front_distance=2.5,
     front_height=1.6,
 )
-SCENE = replace(AnalyticEyes().sample(0, "train"), position=(1.0, 2.0), yaw=math.pi / 2)
+SCENE = replace(AnalyticSensor().sample(0, "train"), position=(1.0, 2.0), yaw=math.pi / 2)
 
 
 @pytest.mark.parametrize(

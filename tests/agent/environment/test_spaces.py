@@ -6,14 +6,16 @@ from agent.environment.flight import take_off
 from agent.environment.spaces import action_space, observation_space, observed, require_actions
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
-from protocol.observation import FilterState
-from tests.agent.analytic_eyes import AnalyticEyes
+from protocol.pose_estimate import FilterState
+from tests.agent.analytic_sensor import AnalyticSensor
 
 
-def test_an_observation_is_coordinates_then_variances_then_the_position(eyes: AnalyticEyes) -> None:
+def test_an_observation_is_coordinates_then_variances_then_the_position(sensor: AnalyticSensor) -> None:
     mean, variance = np.arange(54.0).reshape(18, 3) / 10, np.arange(54.0).reshape(18, 3) / 60
     state = FilterState(mean=mean, variance=variance, process_noise=np.zeros(18), seen=np.ones(18, bool))
-    flight = replace(take_off(EnvironmentConfig(), 0, eyes.sample(0, "train")), filter=state, position=(1.0, -2.0, 3.0))
+    flight = replace(
+        take_off(EnvironmentConfig(), 0, sensor.sample(0, "train")), filter=state, position=(1.0, -2.0, 3.0)
+    )
     seen = observed(flight)
     assert seen.shape == (111,)
     assert seen.dtype == np.float32
@@ -22,11 +24,11 @@ def test_an_observation_is_coordinates_then_variances_then_the_position(eyes: An
     assert seen[108:] == pytest.approx([1.0, -2.0, 3.0])
 
 
-def test_an_observation_is_cut_to_its_space(eyes: AnalyticEyes) -> None:
+def test_an_observation_is_cut_to_its_space(sensor: AnalyticSensor) -> None:
     wild = FilterState(
         mean=np.full((18, 3), -1e6), variance=np.full((18, 3), 1e6), process_noise=np.zeros(18), seen=np.ones(18, bool)
     )
-    flight = replace(take_off(EnvironmentConfig(), 0, eyes.sample(0, "train")), filter=wild)
+    flight = replace(take_off(EnvironmentConfig(), 0, sensor.sample(0, "train")), filter=wild)
     assert observation_space().contains(observed(flight))
 
 

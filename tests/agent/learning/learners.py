@@ -12,7 +12,7 @@ from agent.environment.vector_hover import VectorHover
 from agent.learning.learner import Learner, Transition
 from agent.training import transition_of
 from protocol.config import EnvironmentConfig, PpoConfig, SacConfig
-from tests.agent.analytic_eyes import AnalyticEyes
+from tests.agent.analytic_sensor import AnalyticSensor
 
 DRONES = 2
 FLIGHTS = EnvironmentConfig(num_envs=DRONES, episode_steps=7)
@@ -24,7 +24,7 @@ class Flock:
     """Two drones that a learner flies, step by step as a training does."""
 
     def __init__(self, config: EnvironmentConfig = FLIGHTS) -> None:
-        self._env = VectorHover(AnalyticEyes(), config=config)
+        self._env = VectorHover(AnalyticSensor(), config=config)
         self._observations, _ = self._env.reset(seed=1)
         self.flown: list[Transition] = []
 

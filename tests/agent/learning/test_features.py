@@ -19,7 +19,7 @@ from agent.learning.features import (
 )
 from protocol.arrays import Float32Array
 from protocol.config import EnvironmentConfig
-from tests.agent.analytic_eyes import BODY, AnalyticEyes
+from tests.agent.analytic_sensor import BODY, AnalyticSensor
 
 ANGLES = st.floats(-math.pi, math.pi)
 FEATURES = Features(EnvironmentConfig())
@@ -109,13 +109,13 @@ def test_limits_are_felt_before_they_are_reached(drone, near) -> None:
     assert limits(drone) == pytest.approx(near, abs=0.05)
 
 
-def test_joints_never_seen_say_nothing_of_where_the_person_faces(eyes: AnalyticEyes) -> None:
-    flight = take_off(EnvironmentConfig(), 0, eyes.sample(0, "train"))
+def test_joints_never_seen_say_nothing_of_where_the_person_faces(sensor: AnalyticSensor) -> None:
+    flight = take_off(EnvironmentConfig(), 0, sensor.sample(0, "train"))
     features = FEATURES(torch.from_numpy(observed(flight))[None])
     assert facing(features) == pytest.approx(np.zeros((5, 2)))
 
 
-def test_features_are_about_one_in_size_and_finite_everywhere(eyes: AnalyticEyes) -> None:
+def test_features_are_about_one_in_size_and_finite_everywhere(sensor: AnalyticSensor) -> None:
     rng = np.random.default_rng(0)
     observations = [observation(rng.uniform(-3, 3), tuple(rng.uniform((-9, -9, 0.5), (9, 9, 4)))) for _ in range(200)]
     features = FEATURES(torch.cat(observations))

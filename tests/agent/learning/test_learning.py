@@ -1,4 +1,4 @@
-"""That a training comes to something, on eyes that compute what they see."""
+"""That a training comes to something, with a sensor that computes what it sees."""
 
 import statistics
 
@@ -11,7 +11,7 @@ from agent.learning.algorithms import make_learner
 from agent.learning.policies import Policy, baseline, learned, scripted
 from agent.training import transition_of
 from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, SacConfig
-from tests.agent.analytic_eyes import AnalyticEyes
+from tests.agent.analytic_sensor import AnalyticSensor
 
 pytestmark = pytest.mark.slow
 
@@ -21,7 +21,7 @@ LEARNER = LearnerConfig(sac=SacConfig(hidden=(128, 128), batch=128), ppo=PpoConf
 
 def median_return(policy: Policy) -> float:
     """Of twenty flights on test scenes."""
-    flights = fly(AnalyticEyes(), FLIGHTS, policy, range(1_000_000, 1_000_020), lambda steps: None)
+    flights = fly(AnalyticSensor(), FLIGHTS, policy, range(1_000_000, 1_000_020), lambda steps: None)
     return statistics.median(flight.total_reward for flight in flights)
 
 
@@ -29,7 +29,7 @@ def median_return(policy: Policy) -> float:
 def test_a_trained_policy_sees_more_than_one_that_stays(algorithm, prefill, steps) -> None:
     learner = make_learner(replace(LEARNER, algorithm=algorithm), FLIGHTS, seed=0)
     script = scripted(FLIGHTS, 1.5)
-    env = VectorHover(AnalyticEyes(), config=FLIGHTS)
+    env = VectorHover(AnalyticSensor(), config=FLIGHTS)
     observations, _ = env.reset(seed=0)
     for step in range(0, prefill + steps, FLIGHTS.num_envs):
         explored = learner.act(observations, explore=True)

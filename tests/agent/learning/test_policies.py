@@ -13,13 +13,13 @@ from agent.environment.spaces import observed
 from agent.environment.workspace import closest_approach
 from agent.learning.policies import BASELINES, baseline, learned, scripted, steered
 from protocol.config import EnvironmentConfig
-from tests.agent.analytic_eyes import AnalyticEyes
+from tests.agent.analytic_sensor import AnalyticSensor
 
 CONFIG = EnvironmentConfig()
 
 
 def flight_of(seed: int) -> Flight:
-    return take_off(CONFIG, seed, AnalyticEyes().sample(seed, "train"))
+    return take_off(CONFIG, seed, AnalyticSensor().sample(seed, "train"))
 
 
 def flown(name: str, flight: Flight, steps: int = 99) -> list[Flight]:
@@ -44,7 +44,7 @@ def test_the_front_is_reached_from_everywhere_without_a_crash(seed: int) -> None
 
 
 def test_the_way_to_the_front_goes_around_the_person() -> None:
-    scene = replace(AnalyticEyes().sample(0, "train"), position=(0.0, 0.0), yaw=0.0)
+    scene = replace(AnalyticSensor().sample(0, "train"), position=(0.0, 0.0), yaw=0.0)
     flights = flown("front", replace(flight_of(0), scene=scene, position=(-5.0, 0.1, 1.6)))
     ways = itertools.pairwise(flight.position for flight in flights)
     nearest = min(closest_approach(start, end, (0.0, 0.0)) for start, end in ways)

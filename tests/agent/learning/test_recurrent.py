@@ -21,12 +21,12 @@ def learner() -> Learner:
 
 @pytest.mark.parametrize("steps", [3, 5, 8, 14, 22])
 def test_a_recurrent_learner_stopped_within_a_flight_and_a_rollout_goes_on_to_the_bit(tmp_path, steps: int) -> None:
-    trained(tmp_path / "untouched", CONFIG, learner=learner())
+    trained(tmp_path / "control_run", CONFIG, learner=learner())
     left = iter(range(steps))
     stopped = trained(tmp_path / "run", CONFIG, learner=learner(), stop=lambda: next(left, None) is None)
     assert not stopped.complete
     assert trained(tmp_path / "run", CONFIG, learner=learner()).complete
-    assert differing(tmp_path / "run", tmp_path / "untouched") == set()
+    assert differing(tmp_path / "run", tmp_path / "control_run") == set()
     assert not (tmp_path / "run" / "replay").exists()
 
 
@@ -38,8 +38,8 @@ def test_a_hidden_state_or_a_rollout_that_is_not_kept_is_seen(tmp_path, part: st
             super().restore(state)
             setattr(self, part, fresh)
 
-    trained(tmp_path / "untouched", CONFIG, learner=learner())
+    trained(tmp_path / "control_run", CONFIG, learner=learner())
     left = iter(range(8))
     trained(tmp_path / "run", CONFIG, learner=learner(), stop=lambda: next(left, None) is None)
     trained(tmp_path / "run", CONFIG, learner=Forgetful(CONFIG.environment.num_envs))
-    assert "weights.safetensors" in differing(tmp_path / "run", tmp_path / "untouched")
+    assert "weights.safetensors" in differing(tmp_path / "run", tmp_path / "control_run")

@@ -80,7 +80,7 @@ def test_a_training_that_doubles_steps_is_found_out_and_the_untouched_run_is_use
     out, err = child.communicate(timeout=PATIENCE)
     assert child.returncode == 1, out + err
     report = json.loads(out)
-    assert (report["passed"], report["untouched_reused"]) == (False, False)
+    assert (report["passed"], report["control_run_reused"]) == (False, False)
     assert (report["comparison"]["replay"], report["comparison"]["lost"]) == (False, 0)
     assert report["comparison"]["doubled"] > 0
     assert report["comparison"]["differences"][0].startswith("replay/000000.bin differs from byte ")
@@ -88,12 +88,12 @@ def test_a_training_that_doubles_steps_is_found_out_and_the_untouched_run_is_use
     child = chaos("forgets", "--faults", "1", *only("garbage"))
     out, err = child.communicate(timeout=PATIENCE)
     assert child.returncode == 0, out + err
-    assert json.loads(out)["untouched_reused"]
+    assert json.loads(out)["control_run_reused"]
 
 
 def test_ctrl_c_leaves_nobody_behind(orchestrator, chaos, wait_until):
     child = chaos("remembers", "--faults", "1", *only("stop-agent"))
-    wait_until(lambda: bool(list(orchestrator.folder.glob("runs/chaos/untouched-*/progress.jsonl"))))
+    wait_until(lambda: bool(list(orchestrator.folder.glob("runs/chaos/control-*/progress.jsonl"))))
     child.send_signal(signal.SIGINT)
     _, err = child.communicate(timeout=PATIENCE)
     assert child.returncode == 130, err

@@ -25,7 +25,7 @@ def make(tmp_path):
 
 @pytest.fixture
 def runs(make):
-    return make("untouched"), make("touched")
+    return make("control_run"), make("touched")
 
 
 def compared(runs):

@@ -1,7 +1,7 @@
 import msgspec
 import pytest
 
-from orchestrator.chaos.control_run import identity, untouched_run
+from orchestrator.chaos.control_run import control_run, identity
 from orchestrator.chaos.errors import RehearsalFailed
 from orchestrator.errors import Interrupted, RunBusy
 from orchestrator.run.run_directory import RunDirectory, resolved_toml
@@ -17,18 +17,18 @@ SUMMARY = Summary(
 
 @pytest.fixture
 def directory(tmp_path, versions):
-    """A run where the untouched one of the configuration belongs."""
-    return RunDirectory.create(tmp_path / "runs" / f"untouched-{identity(CONFIG)}", CONFIG, versions)
+    """A run where the control run of the configuration belongs."""
+    return RunDirectory.create(tmp_path / "runs" / f"control-{identity(CONFIG)}", CONFIG, versions)
 
 
 @pytest.fixture
 def ask(tmp_path):
-    """Asks for the untouched run; if one is flown, this stops it at once."""
+    """Asks for the control run; if one is flown, this stops it at once."""
 
     def ask():
         path, stop = tmp_path / "c.toml", StopRequest()
         path.write_bytes(resolved_toml(CONFIG))
-        return untouched_run(path, tmp_path / "runs", stop, lambda _: stop.ask())
+        return control_run(path, tmp_path / "runs", stop, lambda _: stop.ask())
 
     return ask
 

@@ -28,7 +28,9 @@ def test_an_orchestrator_that_gives_up_is_quoted(tmp_path):
 
 def test_what_does_not_come_in_time_is_named(rehearsed):
     with pytest.raises(NotRecovered, match="was there has not come within"):
-        rehearsed.wait(lambda: bool(rehearsed.crew.alive(Role.RENDER)), "a process for render was there", patience=0.1)
+        rehearsed.wait(
+            lambda: bool(rehearsed.children.alive(Role.RENDER)), "a process for render was there", patience=0.1
+        )
 
 
 def test_a_request_to_stop_ends_every_wait(tmp_path, rehearsed):

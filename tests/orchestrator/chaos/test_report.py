@@ -25,8 +25,8 @@ REPORT = ChaosReport(
     retries=3,
     late_replies=1,
     restarts={"agent": 3, "orchestrator": 0},
-    untouched="runs/untouched",
-    untouched_reused=True,
+    control_run="runs/control",
+    control_run_reused=True,
     touched="runs/seed-7",
     seconds=754.0,
 )
@@ -50,7 +50,7 @@ def test_what_went_well_is_told_in_a_few_lines():
     assert "4 faults, seed 7: the same to the byte, after 12:34" in said
     assert "400 transitions, 0 lost, 0 doubled" in said
     assert "retries 3, late replies 1, restarts: agent 3, orchestrator 0" in said
-    assert "untouched: runs/untouched (flown before)" in said
+    assert "control run: runs/control (flown before)" in said
 
 
 def test_whatever_went_wrong_is_told():

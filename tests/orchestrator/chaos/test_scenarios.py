@@ -33,7 +33,7 @@ def crew(start):
 
 
 @pytest.mark.parametrize("role", HURT)
-def test_a_killed_process_is_missed_until_another_has_its_name(rehearsed, start, crew, role):
+def test_a_killed_process_is_missed_until_another_has_its_name(rehearsed, start, children, role):
     scenario = KillProcess(role, 0.5)
     scenario.setup(rehearsed)
     scenario.fault(rehearsed)
@@ -44,7 +44,7 @@ def test_a_killed_process_is_missed_until_another_has_its_name(rehearsed, start,
     scenario.invariant(rehearsed)
 
 
-def test_a_death_that_takes_another_with_it_breaks_the_invariant(rehearsed, crew):
+def test_a_death_that_takes_another_with_it_breaks_the_invariant(rehearsed, children):
     scenario = KillProcess(Role.RENDER, 0.5)
     scenario.setup(rehearsed)
     scenario.fault(rehearsed)
@@ -55,7 +55,7 @@ def test_a_death_that_takes_another_with_it_breaks_the_invariant(rehearsed, crew
 
 
 @pytest.mark.parametrize("role", HURT)
-def test_a_stopped_process_stays_until_it_is_replaced_and_must_be_gone_then(rehearsed, start, crew, role):
+def test_a_stopped_process_stays_until_it_is_replaced_and_must_be_gone_then(rehearsed, start, children, role):
     scenario = StopProcess(role, 0.5)
     scenario.setup(rehearsed)
     scenario.fault(rehearsed)
@@ -136,7 +136,7 @@ def test_a_full_disk_fails_every_write_of_the_agent_and_ends(rehearsed, writer):
     scenario.setup(rehearsed)
     scenario.fault(rehearsed)
     assert writer() == {"ok", "File too large"}
-    [agent] = rehearsed.crew.alive(Role.AGENT)
+    [agent] = rehearsed.children.alive(Role.AGENT)
     assert resource.prlimit(agent.pid, resource.RLIMIT_FSIZE)[0] == resource.getrlimit(resource.RLIMIT_FSIZE)[0]
     scenario.invariant(rehearsed)
 
@@ -180,7 +180,7 @@ def test_an_agent_dies_at_each_place_of_a_checkpoint(rehearsed, reacher, place):
     reacher("agent", Role.AGENT, place)
     assert scenario.recovered(rehearsed)
     scenario.invariant(rehearsed)
-    assert is_alive(rehearsed.crew.alive(Role.AGENT)[0])
+    assert is_alive(rehearsed.children.alive(Role.AGENT)[0])
 
 
 def test_a_checkpoint_without_a_manifest_breaks_the_invariant(rehearsed):
@@ -201,7 +201,7 @@ def test_a_late_reply_is_held_back_and_its_worker_must_live(rehearsed, reacher):
         scenario.invariant(rehearsed)
 
 
-def test_a_fault_that_waits_for_the_training_is_ordered_before_the_training_goes_on(rehearsed, crew):
+def test_a_fault_that_waits_for_the_training_is_ordered_before_the_training_goes_on(rehearsed, children):
     ordered = (
         (KillAtCheckpoint("checkpoint-written"), "checkpoint-written"),
         (LateReply(Role.RENDER), "reply-render"),

@@ -9,7 +9,7 @@ from orchestrator.experiments.views import FAMILIES, ViewSet
 from orchestrator.pictures.view import Viewpoint
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
-from protocol.observation import FilterState, Observation
+from protocol.pose_estimate import FilterState, PoseEstimate
 
 ENVIRONMENT = EnvironmentConfig()
 
@@ -68,7 +68,7 @@ def test_twenty_scenes_in_families_have_every_identity_and_every_family():
 def test_the_filters_columns_by_hand():
     state = FilterState.initial((1.0, 0.0, 0.0))
     nothing, none = np.full((18, 3), np.nan), np.zeros(18)
-    observation = Observation(
+    observation = PoseEstimate(
         keypoints=nothing[:, :2],
         points=nothing,
         mass=none,

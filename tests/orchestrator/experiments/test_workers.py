@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from orchestrator.errors import Interrupted
-from orchestrator.experiments.workers import Rate, Workers, experiment_workers, with_workers
+from orchestrator.experiments.workers import Rate, WorkerPools, experiment_workers, with_workers
 from orchestrator.monitoring.live_display import Snapshot
 from orchestrator.stop_request import StopRequest
 from protocol.config import RunConfig, TimeoutsConfig
@@ -46,9 +46,9 @@ def test_half_as_many_draw_as_make_sense_of_it(perceivers, renderers):
 
 
 def test_perception_workers_that_are_not_alike_are_refused():
-    def says(*capabilities: dict[str, str]) -> Workers:
+    def says(*capabilities: dict[str, str]) -> WorkerPools:
         welcomes = tuple(SimpleNamespace(capabilities=one) for one in capabilities)
-        return Workers(SimpleNamespace(), SimpleNamespace(wait_ready=lambda: welcomes), SimpleNamespace())
+        return WorkerPools(SimpleNamespace(), SimpleNamespace(wait_ready=lambda: welcomes), SimpleNamespace())
 
     assert says({"lifting": "mean"}, {"lifting": "mean"}).capabilities() == {"lifting": "mean"}
     with pytest.raises(InvalidInput, match="lifting"):

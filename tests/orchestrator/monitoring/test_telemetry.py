@@ -7,7 +7,7 @@ from prometheus_client import CollectorRegistry, generate_latest
 
 from orchestrator.monitoring.live_display import Snapshot
 from orchestrator.monitoring.metrics import RunCollector
-from orchestrator.monitoring.telemetry import STALE, Watch, WatchedRun, host_telemetry, run_telemetry
+from orchestrator.monitoring.telemetry import STALE, Monitors, WatchedRun, host_telemetry, run_telemetry
 from orchestrator.supervision.heartbeat import Health
 from orchestrator.supervision.registry import Registry, serve_registry
 from protocol.errors import AddressUnavailable
@@ -103,16 +103,16 @@ def test_workers_of_one_name_on_several_machines_are_told_once():
 
 def test_without_a_port_the_display_is_as_it_was():
     display = Shown()
-    with run_telemetry(None, "monday", display) as watch:
-        assert (watch.display, watch.registry) == (display, NOBODY)
+    with run_telemetry(None, "monday", display) as monitors:
+        assert (monitors.display, monitors.registry) == (display, NOBODY)
 
 
 def test_with_one_the_display_is_shown_the_same_and_monitors_are_answered():
     display, at = Shown(), free_endpoint()
-    with run_telemetry(at, "monday", display) as watch, monitoring(at) as monitor:
-        assert isinstance(watch, Watch)
+    with run_telemetry(at, "monday", display) as monitors, monitoring(at) as monitor:
+        assert isinstance(monitors, Monitors)
         assert not monitor.is_ready()
-        watch.display.show(snapshot(RENDER, PERCEPTION, AGENT))
+        monitors.display.show(snapshot(RENDER, PERCEPTION, AGENT))
         assert monitor.is_ready()
         told = monitor.json("/info")
         with pytest.raises(AddressUnavailable), run_telemetry(at, "tuesday", display):
@@ -124,12 +124,12 @@ def test_with_one_the_display_is_shown_the_same_and_monitors_are_answered():
 @pytest.mark.slow
 def test_a_host_is_ready_as_soon_as_it_serves_and_tells_who_is_there(wait_until):
     display, at, bind = Shown(), free_endpoint(), f"tcp://127.0.0.1:{free_port()}"
-    with host_telemetry(at, bind, display) as watch, monitoring(at) as monitor:
+    with host_telemetry(at, bind, display) as monitors, monitoring(at) as monitor:
         assert monitor.waits_on() == {"start"}
-        with serve_registry(Registry(5.0), bind, Timeouts(), watch.registry):
+        with serve_registry(Registry(5.0), bind, Timeouts(), monitors.registry):
             # Its address is bound a moment before it serves.
             wait_until(monitor.is_ready)
-            watch.display.show(snapshot(RENDER, PERCEPTION))
+            monitors.display.show(snapshot(RENDER, PERCEPTION))
             assert monitor.metric("vantage_processes", role="render", at_work="true") == 1
             assert monitor.metric("vantage_processes", role="agent", at_work="true") == 0
         told = monitor.json("/info")

@@ -6,7 +6,7 @@ import pytest
 from orchestrator.pictures.person_in_space import PersonInSpace, Standing, facing, person_in_space, standing_of
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.frame import Frame
-from protocol.observation import FilterState, Observation
+from protocol.pose_estimate import FilterState, PoseEstimate
 from protocol.skeleton import Joint
 
 CAMERA = Camera(CameraPose((1.0, 5.0, 1.5), (1.0, 2.0, 1.2)), Intrinsics.from_horizontal_fov(64, 48, 70.0))
@@ -29,7 +29,7 @@ def seen(points: np.ndarray, keypoints: np.ndarray | None = None, truth: np.ndar
     frame = Frame(rgb=np.zeros((48, 64, 3), np.uint8), depth=np.ones((48, 64), np.float32), camera=CAMERA, joints=truth)
     unsure = {name: np.zeros(18) for name in ("mass", "height", "distance", "quality")}
     where = np.zeros((18, 2)) if keypoints is None else keypoints
-    return person_in_space(frame, Observation(keypoints=where, points=points, filter=FilterState.initial(), **unsure))
+    return person_in_space(frame, PoseEstimate(keypoints=where, points=points, filter=FilterState.initial(), **unsure))
 
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, math.pi / 2, -2.5])

@@ -23,10 +23,10 @@ from orchestrator.pictures.scene_page import (
 from orchestrator.pictures.space_picture import volume_around
 from protocol.camera import Camera, CameraPose, Intrinsics, project
 from protocol.frame import Frame
-from protocol.observation import FilterState, Observation
+from protocol.pose_estimate import FilterState, PoseEstimate
 
 
-def frame_and_observation(width: int = 64, height: int = 48, found: bool = True) -> tuple[Frame, Observation]:
+def frame_and_observation(width: int = 64, height: int = 48, found: bool = True) -> tuple[Frame, PoseEstimate]:
     camera = Camera(CameraPose((3.0, 0.0, 1.2), (0.0, 0.0, 1.2)), Intrinsics.from_horizontal_fov(width, height, 70.0))
     joints = np.stack([np.zeros(18), np.linspace(-0.4, 0.4, 18), np.linspace(0.2, 1.7, 18)], axis=1)
     keypoints = project(joints, camera)[:, :2] if found else np.full((18, 2), np.nan)
@@ -38,7 +38,7 @@ def frame_and_observation(width: int = 64, height: int = 48, found: bool = True)
         joints=joints,
         visible=np.ones(18, bool),
     )
-    observation = Observation(
+    observation = PoseEstimate(
         keypoints=keypoints,
         points=joints,
         mass=quality,
@@ -76,7 +76,7 @@ def test_a_frame_without_truth_and_an_observation_without_heatmaps_make_a_page_t
     frame, observation = frame_and_observation()
     bare = Frame(rgb=frame.rgb, depth=frame.depth, camera=frame.camera)
     seen = {name: getattr(observation, name) for name in ("keypoints", "points", "mass", "height", "distance")}
-    without = Observation(**seen, quality=observation.quality, filter=observation.filter)
+    without = PoseEstimate(**seen, quality=observation.quality, filter=observation.filter)
     assert scene_sheet("Scene 1", "", bare, without).any()
 
 

@@ -5,7 +5,7 @@ import pytest
 from orchestrator.errors import ProcessFailed
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
-from orchestrator.supervision.launch_plan import Launch
+from orchestrator.supervision.launch import Launch
 from protocol.messages import Role
 
 SLEEP = "import time; time.sleep(600)"

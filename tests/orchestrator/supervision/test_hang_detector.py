@@ -1,6 +1,6 @@
 import pytest
 
-from orchestrator.supervision.hang_detector import LONGEST_LOOK, Patience, Verdict, Vitals, Watch
+from orchestrator.supervision.hang_detector import LONGEST_LOOK, HangDetector, Patience, Verdict, Vitals
 
 PATIENCE = Patience(startup=60.0, liveness=5.0, progress=20.0)
 LOADING = Vitals(ready=False, expected=False)
@@ -12,14 +12,14 @@ class Looks:
 
     def __init__(self, age: float = 0.0) -> None:
         self.now = 1000.0
-        self.watch = Watch(PATIENCE, self.now, age)
+        self.hang_detector = HangDetector(PATIENCE, self.now, age)
 
     def __call__(self, seconds: float, vitals, step: float = 0.5) -> Verdict:
         """The verdict after `seconds` of looks; `vitals` as they are, or a function of the time."""
         end, verdict = self.now + seconds, Verdict.FINE
         while self.now < end:
             self.now += step
-            verdict = self.watch.look(vitals if isinstance(vitals, Vitals) else vitals(self.now), self.now)
+            verdict = self.hang_detector.look(vitals if isinstance(vitals, Vitals) else vitals(self.now), self.now)
         return verdict
 
 

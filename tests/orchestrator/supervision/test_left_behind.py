@@ -4,7 +4,7 @@ import psutil
 import pytest
 
 from orchestrator.run.run_directory import ProcessRecord
-from orchestrator.supervision.launch_plan import Launch
+from orchestrator.supervision.launch import Launch
 from orchestrator.supervision.left_behind import LeftBehind
 from orchestrator.supervision.worker_process import WorkerProcess
 from protocol.messages import Role

@@ -89,8 +89,8 @@ def test_agents_without_an_address_are_told_apart_by_name(registry):
 
 
 def test_who_is_in_a_table_beyond_is_found_after_those_who_registered_here(clock):
-    elsewhere = {Role.RENDER: (worker("render-9", "z", address="tcp://gpu-box:5601"),)}
-    registry = Registry(LIVENESS, clock, lambda role: elsewhere.get(role, ()))
+    remote_workers = {Role.RENDER: (worker("render-9", "z", address="tcp://gpu-box:5601"),)}
+    registry = Registry(LIVENESS, clock, lambda role: remote_workers.get(role, ()))
     registry.register(Register(worker=worker()))
     assert names(registry) == ["render-0", "render-9"]
     assert names(registry, Role.PERCEPTION) == []

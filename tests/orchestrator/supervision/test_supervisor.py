@@ -13,7 +13,7 @@ import pytest
 from orchestrator.errors import ProcessFailed, RestartsExhausted
 from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
-from orchestrator.supervision.launch_plan import Launch
+from orchestrator.supervision.launch import Launch
 from orchestrator.supervision.left_behind import LeftBehind
 from orchestrator.supervision.supervisor import Supervisor
 from orchestrator.supervision.worker_process import WorkerProcess

@@ -5,7 +5,7 @@ import psutil
 import pytest
 
 from orchestrator.errors import ProcessFailed
-from orchestrator.supervision.launch_plan import Launch
+from orchestrator.supervision.launch import Launch
 from orchestrator.supervision.worker_process import LONGEST_QUOTE, WorkerProcess, ending
 from protocol.client.client import Client
 from protocol.messages import Role

@@ -15,7 +15,7 @@ from perception_worker.worker import open_perceiver
 from protocol.config import EnvironmentConfig, PerceptionConfig, RenderConfig, settled
 from protocol.frame import Frame
 from protocol.messages import Render
-from protocol.observation import FilterState, Observation
+from protocol.pose_estimate import FilterState, PoseEstimate
 from render_worker.renderer import open_renderer
 from render_worker.scenes import sample_scene
 
@@ -51,11 +51,11 @@ def known(frame: Frame) -> FilterState:
 
 def looked_at(
     perceiver: Perceiver, frames: list[Frame], change: Callable[[Frame], Frame] = lambda frame: frame
-) -> list[tuple[Frame, Observation]]:
+) -> list[tuple[Frame, PoseEstimate]]:
     return [(frame, perceiver.perceive(change(frame), known(frame))) for frame in frames]
 
 
-def errors(looks: list[tuple[Frame, Observation]]) -> np.ndarray:
+def errors(looks: list[tuple[Frame, PoseEstimate]]) -> np.ndarray:
     return np.array([np.linalg.norm(seen.points - frame.joints, axis=1) for frame, seen in looks])
 
 

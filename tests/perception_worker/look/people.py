@@ -6,7 +6,7 @@ from msgspec.structs import replace
 from perception_worker.networks.decoding import decode
 from protocol.camera import Camera, CameraPose, Intrinsics, project
 from protocol.frame import Frame
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from protocol.region import Region
 from tests.perception_worker.drawn_maps import STANDING, draw
 

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from perception_worker.look.expectation import expected_at, expected_by, supposed_by
 from perception_worker.networks.network import People
 from protocol.camera import project
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from protocol.region import Region
 from protocol.skeleton import Joint
 from tests.perception_worker.look.people import body, camera, knows

@@ -13,7 +13,7 @@ from perception_worker.perceive import Perceiver
 from perception_worker.stopwatch import Stopwatch
 from protocol.camera import project
 from protocol.config import PerceptionConfig, settled
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from protocol.region import Region
 from protocol.skeleton import Joint
 from tests.perception_worker.look.people import Onlooker, body, camera, frame_of, knows

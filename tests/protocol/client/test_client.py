@@ -22,7 +22,7 @@ from protocol.errors import (
     WrongRole,
 )
 from protocol.messages import Perceive, Ping, Role, SampleScene, State
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from tests.protocol.processes.calls import ask, client_of
 from tests.protocol.processes.serving import SCENES, serving
 from tests.protocol.values.samples import CAMERA, picture

@@ -23,7 +23,7 @@ from protocol.messages import (
     Workers,
 )
 from protocol.security import read_key
-from protocol.server.worker_registration import Enrolment
+from protocol.server.worker_registration import WorkerRegistration
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry
 from tests.protocol.processes.bare_client import bare_client
@@ -238,7 +238,7 @@ def test_the_table_tells_a_worker_s_key_and_where_it_is_reached(deployment):
     seen: list[WorkerRecord] = []
     handlers = {Register: lambda request: (seen.append(request.worker), Registered())[1], Lookup: REGISTRY[Lookup]}
     with deployment.serving(handlers, role=Role.ORCHESTRATOR) as registry:
-        membership = Enrolment(registry, "gpu-box", advertised="tcp://gpu-box:5601")
+        membership = WorkerRegistration(registry, "gpu-box", advertised="tcp://gpu-box:5601")
         with deployment.serving(membership=membership):
             wait_until(lambda: seen)
     assert seen[0].address == "tcp://gpu-box:5601"

@@ -29,7 +29,7 @@ from protocol.messages import (
     State,
     Welcome,
 )
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from protocol.server import listener
 from protocol.transport.sockets import send
 from tests.protocol.processes.bare_client import BareClient, bare_client

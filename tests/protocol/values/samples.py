@@ -30,7 +30,7 @@ from protocol.messages import (
     WorkerRecord,
     Workers,
 )
-from protocol.observation import Evidence, FilterState, Observation, Reading
+from protocol.pose_estimate import Evidence, FilterState, PoseEstimate, Reading
 from protocol.region import Region
 from protocol.scene import Arm, BodyPose, Figure, Head, Leg, Scene, Sun, Trunk
 
@@ -107,12 +107,12 @@ def part_of_picture() -> Frame:
     return picture().part(Region(left=2, top=1, width=4, height=3))
 
 
-def observation() -> Observation:
+def observation() -> PoseEstimate:
     """An observation in which some joints were not found."""
     keypoints = np.arange(36, dtype=float).reshape(18, 2)
     keypoints[4] = math.nan
     ramp = np.linspace(0.0, 1.0, 18)
-    return Observation(
+    return PoseEstimate(
         keypoints=keypoints,
         points=np.full((18, 3), math.nan),
         mass=ramp,

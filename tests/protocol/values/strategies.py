@@ -37,7 +37,7 @@ from protocol.messages import (
     WorkerRecord,
     Workers,
 )
-from protocol.observation import Evidence, FilterState, Lifting, Observation, Reading
+from protocol.pose_estimate import Evidence, FilterState, Lifting, PoseEstimate, Reading
 from protocol.quantities import FARTHEST_IN_SCENE
 from protocol.region import Region
 from protocol.scene import MOST_BYSTANDERS, Arm, BodyPose, Figure, Head, Leg, Poses, Scene, Sun, Trunk
@@ -193,7 +193,7 @@ lifting = st.sampled_from(get_args(Lifting))
 readings = st.builds(Reading, points=floats64(18, 3), distance=shares, quality=shares)
 
 observations = st.builds(
-    Observation,
+    PoseEstimate,
     keypoints=floats64(18, 2),
     points=floats64(18, 3),
     mass=shares,
@@ -274,7 +274,7 @@ MESSAGES: dict[type[Request] | type[Reply], st.SearchStrategy] = {
         liftings=st.lists(lifting, max_size=2).map(tuple),
         evidence=st.booleans(),
     ),
-    Observation: observations,
+    PoseEstimate: observations,
 }
 
 messages = st.one_of([MESSAGES[kind] for kind in MESSAGE_NUMBERS])

@@ -12,10 +12,10 @@ from protocol.messages import Role
 
 def test_those_who_run_are_told_from_those_who_ran(rehearsed, start):
     render, agent = start("render-0", Role.RENDER), start("agent", Role.AGENT)
-    assert rehearsed.crew.alive() == (render, agent)
-    assert rehearsed.crew.alive(Role.AGENT) == (agent,)
+    assert rehearsed.children.alive() == (render, agent)
+    assert rehearsed.children.alive(Role.AGENT) == (agent,)
     os.kill(render.pid, signal.SIGKILL)
-    rehearsed.wait(lambda: rehearsed.crew.alive() == (agent,), "the death was seen")
+    rehearsed.wait(lambda: rehearsed.children.alive() == (agent,), "the death was seen")
 
 
 def test_each_new_process_of_a_name_is_a_restart(rehearsed, start):
@@ -24,7 +24,7 @@ def test_each_new_process_of_a_name_is_a_restart(rehearsed, start):
         start("render-0", Role.RENDER)
         rehearsed.look()
         rehearsed.look()
-    assert rehearsed.crew.restarts == {"agent": 0, "render-0": 2}
+    assert rehearsed.children.restarts == {"agent": 0, "render-0": 2}
 
 
 def test_a_later_process_of_the_same_number_gets_no_signal(start):

@@ -6,7 +6,7 @@ from orchestrator.experiments.figures.columns import SCHEMA, joint_columns, tabl
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.errors import InvalidInput
 from protocol.messages import Observe
-from protocol.observation import FilterState, Observation, Reading
+from protocol.pose_estimate import FilterState, PoseEstimate, Reading
 from protocol.scene import Arm, BodyPose, Scene, Sun
 
 ARM = Arm(wrist=(0.0, 0.0, -0.9))
@@ -39,7 +39,7 @@ FRAME = {
 }
 
 
-def observation() -> Observation:
+def observation() -> PoseEstimate:
     """The nose half a metre off, the neck detected and not located, the rest exact."""
     keypoints, points = np.full((18, 2), 319.5), TRUTH.copy()
     points[0, 1] += 0.5
@@ -50,7 +50,7 @@ def observation() -> Observation:
         lifting: Reading(points=points + np.array((shift, 0, 0)), distance=quality, quality=quality / 2)
         for lifting, shift in (("mean", 0.1), ("median", 0.2), ("nearest", 0.0))
     }
-    return Observation(
+    return PoseEstimate(
         keypoints=keypoints,
         points=points,
         mass=quality,
@@ -65,7 +65,7 @@ def observation() -> Observation:
     )
 
 
-def rows(observed: Observation) -> dict[str, np.ndarray]:
+def rows(observed: PoseEstimate) -> dict[str, np.ndarray]:
     table = table_of([(FRAME, joint_columns(REQUEST, observed))])
     assert table.schema == SCHEMA
     return {name: table[name].to_numpy(zero_copy_only=False) for name in table.column_names}

@@ -11,9 +11,9 @@ from protocol.camera import Camera, project
 from protocol.config_file import load_config
 from protocol.frame import Frame
 from protocol.messages import Perceive, Render, Role, Sampled, SampleScene
-from protocol.observation import FilterState, Observation
+from protocol.pose_estimate import FilterState, PoseEstimate
 from protocol.scene import Arm, BodyPose, Scene, Sun
-from protocol.server.worker_registration import Enrolment
+from protocol.server.worker_registration import WorkerRegistration
 from protocol.system.logs import configure
 
 
@@ -36,7 +36,7 @@ def run_worker(role: Role, start: Callable[[], Handlers]) -> None:
         role=role,
         bind=options.bind,
         timeouts=Timeouts.from_config(load_config(options.config).timeouts) if options.config else Timeouts(),
-        membership=Enrolment(options.orchestrator, options.name) if options.orchestrator else None,
+        membership=WorkerRegistration(options.orchestrator, options.name) if options.orchestrator else None,
     )
 
 
@@ -72,9 +72,9 @@ def render(request: Render) -> Frame:
     return picture(request.camera)
 
 
-def perceive(request: Perceive) -> Observation:
+def perceive(request: Perceive) -> PoseEstimate:
     joints, quality = standing_joints(), np.full(18, 0.75)
-    return Observation(
+    return PoseEstimate(
         keypoints=project(joints, request.frame.camera)[:, :2],
         points=joints,
         mass=quality,

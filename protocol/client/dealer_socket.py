@@ -31,7 +31,7 @@ _EVENTS: dict[int, LineEvent] = {
 }
 
 
-class Line:
+class DealerSocket:
     """A socket that tries to connect until it has, and the monitor that tells so.
 
     Attributes:

@@ -2,7 +2,7 @@ import sys
 from itertools import pairwise
 from pathlib import Path
 
-from orchestrator.supervision.launch_plan import (
+from orchestrator.supervision.launch import (
     Evaluate,
     addresses,
     evaluation_launch,

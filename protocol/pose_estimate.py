@@ -94,7 +94,7 @@ class Evidence(Value, frozen=True, eq=False, kw_only=True):
     wide: JointEvidence
 
 
-class Observation(Reply, frozen=True, eq=False, kw_only=True):
+class PoseEstimate(Reply, frozen=True, eq=False, kw_only=True):
     """Joints, their quality, and the filter after this frame.
 
     Attributes:

@@ -1,4 +1,4 @@
-"""Eyes that compute what they see, for tests: how well a joint is seen depends on angle and distance alone.
+"""A sensor that computes what it sees, for tests: how well a joint is seen depends on angle and distance alone.
 
 The figures follow the map of weighted uncertainty that was measured on renders: about 1.6 in front at 2 to 4 m, 3 to 6
 at the sides, 7 from behind, nothing beyond 7 m.
@@ -11,7 +11,7 @@ import numpy as np
 
 from protocol.camera import Camera
 from protocol.client.pending import Pending, Timing
-from protocol.observation import BASE_PROCESS_NOISE, FilterState, Observation
+from protocol.pose_estimate import BASE_PROCESS_NOISE, FilterState, PoseEstimate
 from protocol.scene import Arm, BodyPose, Scene, Split, Sun
 from protocol.skeleton import Joint
 
@@ -37,10 +37,10 @@ LEFT_RIGHT = np.array([0, 1, 5, 6, 7, 2, 3, 4, 11, 12, 13, 8, 9, 10, 15, 14, 17,
 TIMING = Timing(wall=0.06, compute=0.058)
 
 
-class AnalyticEyes:
+class AnalyticSensor:
     """Answers at once, or when `deliver` says so; the same question always has the same answer."""
 
-    def __init__(self, deliver: Callable[[Pending[Observation], Observation], None] | None = None) -> None:
+    def __init__(self, deliver: Callable[[Pending[PoseEstimate], PoseEstimate], None] | None = None) -> None:
         self.looks = 0
         self._deliver = deliver or (lambda pending, observation: pending.succeed(observation, TIMING))
 
@@ -57,14 +57,14 @@ class AnalyticEyes:
             background="plain",
         )
 
-    def look(self, scene: Scene, camera: Camera, filter_state: FilterState) -> Pending[Observation]:
+    def look(self, scene: Scene, camera: Camera, filter_state: FilterState) -> Pending[PoseEstimate]:
         self.looks += 1
-        pending: Pending[Observation] = Pending()
+        pending: Pending[PoseEstimate] = Pending()
         self._deliver(pending, observe(scene, camera, filter_state))
         return pending
 
 
-def observe(scene: Scene, camera: Camera, before: FilterState) -> Observation:
+def observe(scene: Scene, camera: Camera, before: FilterState) -> PoseEstimate:
     """What is seen of the person, and the filter after it."""
     rng = np.random.default_rng(np.array(camera.pose.position).view(np.uint64))
     towards_x, towards_y = np.array(camera.pose.position[:2]) - scene.position
@@ -75,7 +75,7 @@ def observe(scene: Scene, camera: Camera, before: FilterState) -> Observation:
     if abs(wrapped(angle)) > 110 and rng.random() < 0.05 * distance:
         points = points[LEFT_RIGHT]
     points[quality == 0] = np.nan
-    return Observation(
+    return PoseEstimate(
         keypoints=np.where(np.isnan(points), np.nan, 100.0)[:, :2],
         points=points,
         mass=quality,

@@ -9,7 +9,7 @@ from protocol.errors import ImpossibleValue
 from protocol.header import RequestHeader
 from protocol.limits import Limits
 from protocol.messages import Observe, Perceive
-from protocol.observation import FilterState
+from protocol.pose_estimate import FilterState
 from tests.protocol.values.samples import CAMERA, SCENE, picture
 
 
