@@ -54,7 +54,7 @@ class Deaths(Struct, frozen=True):
     startup: list[float]
 
 
-class Crew:
+class Supervised:
     """Workers under supervision, in a thread of its own."""
 
     def __init__(self, fleet: Fleet, supervisor: Supervisor) -> None:
@@ -63,7 +63,7 @@ class Crew:
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._look, name="supervisor")
 
-    def __enter__(self) -> "Crew":
+    def __enter__(self) -> "Supervised":
         self._thread.start()
         return self
 
@@ -90,7 +90,7 @@ class Crew:
 
 
 @contextmanager
-def crew(config: RunConfig, display: Display, stop: StopRequest) -> Generator[tuple[Crew, VectorHover]]:
+def supervised_workers(config: RunConfig, display: Display, stop: StopRequest) -> Generator[tuple[Supervised, VectorHover]]:
     """Supervised workers, all ready, and an environment that looks through them."""
     timeouts = Timeouts.from_config(config.timeouts)
     with ExitStack() as stack:
@@ -102,7 +102,7 @@ def crew(config: RunConfig, display: Display, stop: StopRequest) -> Generator[tu
         config_path.write_bytes(resolved_toml(config))
         workers = worker_launches(config, config_path, sockets)
         Session(fleet, supervisor, display, stop).start_workers(workers)
-        supervised = stack.enter_context(Crew(fleet, supervisor))
+        supervised = stack.enter_context(Supervised(fleet, supervisor))
         render, perception = (
             stack.enter_context(_pool(workers, role, timeouts)) for role in (Role.RENDER, Role.PERCEPTION)
         )
@@ -115,7 +115,7 @@ def _pool(workers: Sequence[Launch], role: Role, timeouts: Timeouts) -> Pool:
     return pool
 
 
-def die(crew: Crew, env: VectorHover, victim: str, deaths: int, stop: StopRequest) -> Deaths:
+def die(workers: Supervised, env: VectorHover, victim: str, deaths: int, stop: StopRequest) -> Deaths:
     """Let a worker die so often, each time when its successor has come to work."""
     found = Deaths([], [], [])
     fly = scripted(env.config, noise=1.0)
@@ -126,7 +126,7 @@ def die(crew: Crew, env: VectorHover, victim: str, deaths: int, stop: StopReques
         begun = time.perf_counter()
         env.send(fly(env.observations, env.flights))
         if strike:
-            replaced.append((time.perf_counter(), crew.kill(victim)))
+            replaced.append((time.perf_counter(), workers.kill(victim)))
         env.receive()
         return time.perf_counter() - begun
 
@@ -135,7 +135,7 @@ def die(crew: Crew, env: VectorHover, victim: str, deaths: int, stop: StopReques
         found.usual.extend(step() for _ in range(CALM_STEPS))
         found.struck.append(step(strike=True))
         killed, pid = replaced[0]
-        while not crew.is_replaced(victim, pid):
+        while not workers.is_replaced(victim, pid):
             stop.nap(LOOK)
         found.startup.append(time.perf_counter() - killed)
         step()
@@ -163,7 +163,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with stop_on_signals() as stop, open_display(Console(stderr=True)) as display:
         for role in ("render", "perception"):
             for workers in (2, 1):
-                with crew(_with_workers(config, role, workers), display, stop) as (supervised, env):
+                with supervised_workers(_with_workers(config, role, workers), display, stop) as (supervised, env):
                     deaths = die(supervised, env, f"{role}-0", options.deaths, stop)
                 name = f"a {role} worker, {'another running' if workers == 2 else 'the only one'}"
                 console.print(row(name, deaths), markup=False)

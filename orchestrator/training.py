@@ -203,7 +203,7 @@ def _perform(
     _end(left_behind, run.logs, stop)
     if not plan.jobs:
         return
-    with _crew(run, sockets, plan.join, left_behind, monitors, stop) as session:
+    with _session(run, sockets, plan.join, left_behind, monitors, stop) as session:
         first = plan.jobs[0]
         if left_behind.has(first.launch):
             # Before anything can go wrong or be stopped: whoever is in care is brought to its end with the others.
@@ -215,7 +215,7 @@ def _perform(
 
 
 @contextmanager
-def _crew(
+def _session(
     run: RunDirectory,
     sockets: Path,
     join: Join | None,

@@ -107,7 +107,7 @@ def qoe(
     settings = with_workers(told if host else with_checksums(told), count)
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
     parts = experiment.table_parts(directory, views)
-    _complete(directory, parts, settings, host, lambda crew: experiment.observe_views(parts, views, settings, crew))
+    _complete(directory, parts, settings, host, lambda workers: experiment.observe_views(parts, views, settings, workers))
     _print_results(directory, json)
 
 
@@ -139,7 +139,7 @@ def flights(
     found.require_same(found.flight_set_path, flight_set)
     parts = flying.flight_parts(found, flight_set)
     host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
-    _complete(found, parts, settings, host, lambda crew: flying.fly(parts, flight_set, views, settings, crew))
+    _complete(found, parts, settings, host, lambda workers: flying.fly(parts, flight_set, views, settings, workers))
     _print_results(found, json)
 
 
@@ -180,10 +180,10 @@ def _complete(
         if parts.is_whole:
             return
         try:
-            with experiment_workers(settings, host, display=display, stop=stop) as crew:
-                observe(crew)
+            with experiment_workers(settings, host, display=display, stop=stop) as workers:
+                observe(workers)
                 versions = collect_versions(PROCESS_ENVIRONMENT)
-                parts.join(provenance(settings, directory.views(), versions, crew.capabilities()))
+                parts.join(provenance(settings, directory.views(), versions, workers.capabilities()))
         except VantageError as error:
             error.add_note(f"what was observed is kept in {directory.path}: the same command goes on from there")
             raise

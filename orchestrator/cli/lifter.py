@@ -103,10 +103,10 @@ def _observe(directory: "FitDirectory", settings: RunConfig, host: Join | None) 
         if parts.is_whole:
             return
         try:
-            with experiment_workers(settings, host, display=display, stop=stop) as crew:
-                observe_fit_views(parts, directory.views(), settings.environment, crew)
+            with experiment_workers(settings, host, display=display, stop=stop) as workers:
+                observe_fit_views(parts, directory.views(), settings.environment, workers)
                 versions = collect_versions(PROCESS_ENVIRONMENT)
-                parts.join(provenance(settings, directory.views(), versions, crew.capabilities()))
+                parts.join(provenance(settings, directory.views(), versions, workers.capabilities()))
         except VantageError as error:
             error.add_note(f"what was observed is kept in {directory.path}: the same command goes on from there")
             raise

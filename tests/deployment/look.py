@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agent.connections import Connections, Workers
+from agent.connections import Connections, WorkerAccess
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import RunConfig
 from protocol.messages import Observe, SampleScene
@@ -13,7 +13,7 @@ from protocol.pose_estimate import FilterState
 from protocol.security import Security, load_credentials
 from protocol.server.worker_registration import WorkerRegistration
 
-workers = Workers(
+workers = WorkerAccess(
     registration=WorkerRegistration(sys.argv[2], "agent"), security=Security(load_credentials(Path(sys.argv[1])))
 )
 with Connections(RunConfig(), workers, lambda: None) as connections:

@@ -11,7 +11,7 @@ import pytest
 import tomli_w
 from msgspec.structs import replace
 
-from agent.checkpointing.resume_fingerprint import essentials, require_same
+from agent.checkpointing.resume_fingerprint import fingerprint, require_same
 from agent.errors import OtherConfig
 from orchestrator.experiments.directory import ExperimentDirectory
 from orchestrator.experiments.views import ViewSet
@@ -102,12 +102,12 @@ class TestEveryFile:
         text = run.config_path.read_text().replace(str(folder / FILE), str(folder / "moved.file"))
         run.config_path.write_text(text)
         run.require_as_it_was()
-        require_same(essentials(before), run.config(), "a checkpoint")
+        require_same(fingerprint(before), run.config(), "a checkpoint")
         RunDirectory.open_for(run.path, for_a_run(load_config(write_config(folder, name, "moved.file"))))
 
     def test_is_what_a_checkpoint_says(self, folder, name):
         path = write_config(folder, name)
-        before = essentials(for_a_run(load_config(path)))
+        before = fingerprint(for_a_run(load_config(path)))
         (folder / FILE).write_bytes(b"another one")
         with pytest.raises(OtherConfig, match=name):
             require_same(before, for_a_run(load_config(path)), "a checkpoint")
@@ -171,7 +171,7 @@ def test_an_older_runs_relative_path_is_of_no_known_folder_and_is_refused(folder
 
 def test_an_older_checkpoints_relative_path_is_taken_for_the_absolute_one_of_its_name(folder):
     config = load_config(write_config(folder, "perception.network"))
-    old = essentials(replace(config, perception=replace(config.perception, network=FILE)))
+    old = fingerprint(replace(config, perception=replace(config.perception, network=FILE)))
     require_same(old, config, "a checkpoint")
     other = replace(config, perception=replace(config.perception, network=str(folder / "other.file")))
     with pytest.raises(OtherConfig, match="network"):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from protocol import frame, messages
+from protocol import frame, messages, pose_estimate
 from protocol.catalogue import message_type, reply_type
 from protocol.errors import MalformedMessage
 from protocol.frame import Frame

@@ -28,7 +28,7 @@ NAMES = {Role.RENDER: "render-0", Role.PERCEPTION: "perception-0", Role.AGENT: "
 
 
 @pytest.fixture
-def crew(start):
+def children(start):
     return {role: start(name, role) for role, name in NAMES.items()}
 
 
@@ -37,7 +37,7 @@ def test_a_killed_process_is_missed_until_another_has_its_name(rehearsed, start,
     scenario = KillProcess(role, 0.5)
     scenario.setup(rehearsed)
     scenario.fault(rehearsed)
-    rehearsed.wait(lambda: not is_alive(crew[role]), "it was dead")
+    rehearsed.wait(lambda: not is_alive(children[role]), "it was dead")
     assert not scenario.recovered(rehearsed)
     start(NAMES[role], role)
     assert scenario.recovered(rehearsed)
@@ -48,8 +48,8 @@ def test_a_death_that_takes_another_with_it_breaks_the_invariant(rehearsed, chil
     scenario = KillProcess(Role.RENDER, 0.5)
     scenario.setup(rehearsed)
     scenario.fault(rehearsed)
-    os.kill(crew[Role.AGENT].pid, signal.SIGKILL)
-    rehearsed.wait(lambda: not is_alive(crew[Role.AGENT]), "it was dead")
+    os.kill(children[Role.AGENT].pid, signal.SIGKILL)
+    rehearsed.wait(lambda: not is_alive(children[Role.AGENT]), "it was dead")
     with pytest.raises(InvariantBroken, match="agent did not outlive the death of render-0"):
         scenario.invariant(rehearsed)
 
@@ -59,7 +59,7 @@ def test_a_stopped_process_stays_until_it_is_replaced_and_must_be_gone_then(rehe
     scenario = StopProcess(role, 0.5)
     scenario.setup(rehearsed)
     scenario.fault(rehearsed)
-    stopped = psutil.Process(crew[role].pid)
+    stopped = psutil.Process(children[role].pid)
     rehearsed.wait(lambda: stopped.status() == psutil.STATUS_STOPPED, "it was stopped")
     assert not scenario.recovered(rehearsed)
     start(NAMES[role], role)
@@ -67,7 +67,7 @@ def test_a_stopped_process_stays_until_it_is_replaced_and_must_be_gone_then(rehe
     with pytest.raises(InvariantBroken, match="is still there"):
         scenario.invariant(rehearsed)
     stopped.kill()
-    rehearsed.wait(lambda: not is_alive(crew[role]), "it was dead")
+    rehearsed.wait(lambda: not is_alive(children[role]), "it was dead")
     scenario.invariant(rehearsed)
 
 
@@ -210,7 +210,7 @@ def test_a_fault_that_waits_for_the_training_is_ordered_before_the_training_goes
     for scenario, place in ordered:
         scenario.setup(rehearsed)
         assert rehearsed.failpoints.is_pending(place)
-    assert resource.prlimit(crew[Role.AGENT].pid, resource.RLIMIT_FSIZE)[0] == 0
+    assert resource.prlimit(children[Role.AGENT].pid, resource.RLIMIT_FSIZE)[0] == 0
 
 
 def test_an_order_that_nobody_carries_out_is_taken_back(rehearsed, monkeypatch):
