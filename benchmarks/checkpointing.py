@@ -43,7 +43,7 @@ class Cost(Struct, frozen=True, kw_only=True):
 
 def measure(directory: Path, transitions: int, checkpoints: int) -> Cost:
     """Fill a memory of so many transitions, then write checkpoints as a training does, and go on from the last."""
-    config = RunConfig(learner=LearnerConfig(sac=SacConfig(memory=transitions)))
+    config = RunConfig(learner=LearnerConfig(sac=SacConfig(buffer_size=transitions)))
     drones, every = config.environment.num_envs, config.training.checkpoint_every
     learner = make_learner(config.learner, config.environment, seed=0)
     store, rng = Checkpoints(directory / "checkpoints", config), np.random.default_rng(0)
@@ -63,7 +63,7 @@ def measure(directory: Path, transitions: int, checkpoints: int) -> Cost:
         fly(transitions // drones)
         journal.sync()
         # Some updates, so that the optimisers have something to keep.
-        learner.updates = transitions - config.learner.sac.batch - 8
+        learner.updates = transitions - config.learner.sac.batch_size - 8
         learner.learn()
         seconds: list[float] = []
         for number in range(checkpoints):

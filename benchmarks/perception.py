@@ -48,7 +48,7 @@ _WHOLE, _TRACK = PerceptionConfig(look="whole", calibration="none"), PerceptionC
 WHOLE, TRACK = "openpose_mobilenet_thin, whole", "openpose_mobilenet_thin_5, track"
 
 SIZES: dict[str, PerceptionConfig] = {
-    f"{TRACK} at {rows}×{columns}": replace(_TRACK, region_rows=rows, region_columns=columns)
+    f"{TRACK} at {rows}×{columns}": replace(_TRACK, region_height=rows, region_width=columns)
     for rows, columns in (
         *((side, side) for side in (128, 160, 192, 224, 256)),
         *((rows, columns) for rows, columns in ((160, 112), (176, 120), (192, 128), (192, 144), (224, 160))),
@@ -173,7 +173,7 @@ def speeds(networks: Mapping[str, PerceptionConfig], pictures: Sequence[UInt8Arr
         f"{name}|{engine}": (open_network(replace(_of_look(config), **options)), config.look)
         for name, config in networks.items()
         for engine, options in ENGINES.items()
-        if (config.look == "whole" or config.region_rows)
+        if (config.look == "whole" or config.region_height)
         and (config.precision == "f32" or "openvino" in options.values())
     }
     seconds: Seconds = {name: [] for name in timed}
@@ -184,7 +184,7 @@ def speeds(networks: Mapping[str, PerceptionConfig], pictures: Sequence[UInt8Arr
 
 
 def _of_look(config: PerceptionConfig) -> PerceptionConfig:
-    region = {"rows": config.region_rows, "columns": config.region_columns}
+    region = {"rows": config.region_height, "columns": config.region_width}
     return config if config.look == "whole" else replace(config, **region)
 
 

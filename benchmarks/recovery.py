@@ -90,7 +90,9 @@ class Supervised:
 
 
 @contextmanager
-def supervised_workers(config: RunConfig, display: Display, stop: StopRequest) -> Generator[tuple[Supervised, VectorHover]]:
+def supervised_workers(
+    config: RunConfig, display: Display, stop: StopRequest
+) -> Generator[tuple[Supervised, VectorHover]]:
     """Supervised workers, all ready, and an environment that looks through them."""
     timeouts = Timeouts.from_config(config.timeouts)
     with ExitStack() as stack:

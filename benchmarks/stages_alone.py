@@ -81,7 +81,7 @@ def _updates_alone(config: RunConfig, updates: int = 60) -> list[float]:
     envs = config.environment.num_envs
     sac = replace(config.learner.sac, updates_per_step=1 / envs)
     learner = make_learner(LearnerConfig(algorithm="sac", sac=sac), config.environment, seed=0)
-    return measured_updates(learner, sac.batch, envs, updates)
+    return measured_updates(learner, sac.batch_size, envs, updates)
 
 
 class Updating(Protocol):

@@ -40,7 +40,7 @@ def learner_with_memory(transitions: int, environment: EnvironmentConfig) -> Lea
     """A learner of the default configuration with so many random transitions in memory, and no update due."""
     learner = make_learner(LearnerConfig(algorithm="sac"), environment, seed=0)
     steps = transitions // environment.num_envs
-    learner.restore({**learner.state(), "memory_index": steps, "observed": LearnerConfig().sac.batch})
+    learner.restore({**learner.state(), "memory_index": steps, "observed": LearnerConfig().sac.batch_size})
     learner.recall([random_transition(np.random.default_rng(0), steps, environment.num_envs)])
     return learner
 

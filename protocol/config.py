@@ -83,17 +83,17 @@ class SupervisionConfig(_Section, frozen=True):
     """When local processes are started again.
 
     Attributes:
-        restarts: of one process within `window` seconds; one more and the run stops with the reason.
-        first_backoff: seconds before the second restart in a row (the first is at once); it doubles up to
-            `longest_backoff`.
+        max_restarts: of one process within `window` seconds; one more and the run stops with the reason.
+        initial_backoff: seconds before the second restart in a row (the first is at once); it doubles up to
+            `max_backoff`.
         recycle_bytes: resident memory past which a worker is replaced, between requests; 0 for never.
         recycle_requests: answered requests after which it is; 0 for never.
     """
 
-    restarts: Count = 5
+    max_restarts: Count = 5
     window: Duration = 60.0
-    first_backoff: Duration = 0.5
-    longest_backoff: Duration = 10.0
+    initial_backoff: Duration = 0.5
+    max_backoff: Duration = 10.0
     recycle_bytes: CountOrNone = 4 * 1024**3
     recycle_requests: CountOrNone = 0
 
@@ -127,12 +127,12 @@ class PerceptionConfig(_Section, frozen=True):
         backend: what runs it; `auto` is OpenVINO where there is no GPU, ONNX Runtime elsewhere.
         precision: OpenVINO's; left to itself it would pick by the CPU, and the heatmaps would change.
         threads: of one inference; with OpenVINO as many run at once as there are cores for, `prefetch` at most.
-        rows, columns: the network's input size for whole frames, multiples of 8; left out, a file's or a network's own,
-            and where it has none 240×320; with `track`, then 320×424 as well, for who was not found at the former. A
-            network of one size takes no other.
+        input_height, input_width: the network's input size for whole frames, multiples of 8; left out, a file's or a
+            network's own, and where it has none 240×320; with `track`, then 320×424 as well, for who was not found at
+            the former. A network of one size takes no other.
         look: what of a frame the network is shown: all of it (`whole`), or the part where the request's filter expects
             the person (`track`); `auto` is the profile's.
-        region_rows, region_columns: the network's input size for that part; left out, a file's or a network's own, and
+        region_height, region_width: the network's input size for that part; left out, a file's or a network's own, and
             176×120 where it has none.
         lifting: what of the depths around a keypoint is the joint's, or `learned`: a lifter that was fitted on people
             whose truth is known places all joints; `auto` is the profile's.
@@ -155,11 +155,11 @@ class PerceptionConfig(_Section, frozen=True):
     backend: Literal["auto", "openvino", "onnxruntime"] = "auto"
     precision: Literal["f32", "bf16"] = "f32"
     threads: Threads = 1
-    rows: ImageSide | None = None
-    columns: ImageSide | None = None
+    input_height: ImageSide | None = None
+    input_width: ImageSide | None = None
     look: Literal["auto", "whole", "track"] = "auto"
-    region_rows: ImageSide | None = None
-    region_columns: ImageSide | None = None
+    region_height: ImageSide | None = None
+    region_width: ImageSide | None = None
     peak_threshold: Fraction | None = None
     lifting: Literal["auto", "learned", Lifting] = "auto"
     lifter: Annotated[str, NamedFile("the lifter", words="auto")] = "auto"
@@ -211,28 +211,28 @@ class EnvironmentConfig(_Section, frozen=True):
     uncertainty_scale: Positive = 1 / 54
     distance_scale: Positive = 1 / 9
     penalty: Negative = -100.0
-    keep_out: Length = 1.5
+    keep_out_radius: Length = 1.5
     half_width: Length = 9.0
-    lowest: Length = 0.5
-    highest: Length = 4.0
+    min_altitude: Length = 0.5
+    max_altitude: Length = 4.0
     success_threshold: Positive = 1.6
     camera: CameraConfig = CameraConfig()
 
     @property
     def start_clearance(self) -> float:
         """Metres from a person at which no first step ends a flight."""
-        return self.keep_out + math.sqrt(2) * MAX_SPEED * self.step_duration
+        return self.keep_out_radius + math.sqrt(2) * MAX_SPEED * self.step_duration
 
     def __post_init__(self) -> None:
         reach = MAX_SPEED * self.step_duration
-        if self.highest - self.lowest <= 2 * reach:
+        if self.max_altitude - self.min_altitude <= 2 * reach:
             raise InvalidConfig(
-                f"environment.lowest, highest: a workspace from {self.lowest} to {self.highest} m high has no room to "
-                f"start in, with steps of {reach} m"
+                f"environment.min_altitude, max_altitude: a workspace from {self.min_altitude} to {self.max_altitude} "
+                f"m high has no room to start in, with steps of {reach} m"
             )
         if self.half_width - reach <= self.start_clearance:
             raise InvalidConfig(
-                f"environment.keep_out, half_width: a keep-out of {self.keep_out} m leaves no room in "
+                f"environment.keep_out_radius, half_width: a keep-out of {self.keep_out_radius} m leaves no room in "
                 f"±{self.half_width} m to start in, with steps of {reach} m"
             )
 
@@ -241,38 +241,39 @@ class SacConfig(_Section, frozen=True):
     """Soft actor-critic (seed, section 4.3.2).
 
     Attributes:
-        memory: transitions kept; `batch`: drawn from them for an update.
+        buffer_size: transitions kept; `batch_size`: drawn from them for an update.
         updates_per_step: gradient updates for each transition.
         reward_floor: rewards below are learned as this, so that a crash does not drown what tells good views apart.
         reward_scale: on rewards as the critics see them, against the entropy that the policy is paid for.
-        initial_entropy: the entropy coefficient's first value; it is learned.
+        initial_ent_coef: the entropy coefficient's first value; it is learned.
     """
 
-    hidden: tuple[Units, ...] = (128, 128)
-    memory: Count = 100_000
-    batch: Count = 256
+    hidden_sizes: tuple[Units, ...] = (128, 128)
+    buffer_size: Count = 100_000
+    batch_size: Count = 256
     updates_per_step: Positive = 1.0
     learning_rate: Positive = 3e-4
-    discount: Fraction = 0.98
-    polyak: Fraction = 0.005
-    initial_entropy: Positive = 0.2
+    gamma: Fraction = 0.98
+    tau: Fraction = 0.005
+    initial_ent_coef: Positive = 0.2
     reward_floor: Negative = -30.0
     reward_scale: Positive = 10.0
 
     def require_batch(self, num_envs: int) -> None:
         """Raise `InvalidConfig` unless its memory holds a batch, and a step of every drone."""
-        if self.memory < max(self.batch, num_envs):
+        if self.buffer_size < max(self.batch_size, num_envs):
             raise InvalidConfig(
-                f"learner.sac.memory: {self.memory} transitions hold no batch of {self.batch} from {num_envs} drones"
+                f"learner.sac.buffer_size: {self.buffer_size} transitions hold no batch of {self.batch_size} "
+                f"from {num_envs} drones"
             )
 
     def require_memory(self, machine_bytes: int) -> None:
         """Raise `InvalidConfig` unless a machine of so many bytes can hold its memory."""
-        needed = self.memory * BYTES_OF_TRANSITION
+        needed = self.buffer_size * BYTES_OF_TRANSITION
         if needed > machine_bytes:
             raise InvalidConfig(
-                f"learner.sac.memory: {self.memory} transitions take {needed / 2**30:.1f} GiB of memory, and this "
-                f"machine has {machine_bytes / 2**30:.1f}"
+                f"learner.sac.buffer_size: {self.buffer_size} transitions take {needed / 2**30:.1f} GiB of memory, and "
+                f"this machine has {machine_bytes / 2**30:.1f}"
             )
 
 
@@ -280,27 +281,27 @@ class PpoConfig(_Section, frozen=True):
     """Proximal policy optimisation on the same environment.
 
     Attributes:
-        rollout: steps of every drone between two updates; `epochs` over them in `minibatches` each.
+        n_steps: steps of every drone between two updates; `n_epochs` over them in `minibatches` each.
         reward_floor, reward_scale: as for SAC.
     """
 
-    hidden: tuple[Units, ...] = (256, 256)
-    rollout: Count = 128
-    epochs: Count = 8
+    hidden_sizes: tuple[Units, ...] = (256, 256)
+    n_steps: Count = 128
+    n_epochs: Count = 8
     minibatches: Count = 4
     learning_rate: Positive = 3e-4
-    discount: Fraction = 0.98
+    gamma: Fraction = 0.98
     gae_lambda: Fraction = 0.95
-    clip: Positive = 0.2
-    entropy: NotNegative = 0.0
+    clip_range: Positive = 0.2
+    ent_coef: NotNegative = 0.0
     reward_floor: Negative = -30.0
     reward_scale: Positive = 1.0
 
     def require_minibatches(self, num_envs: int) -> None:
         """Raise `InvalidConfig` unless a rollout can be cut into its minibatches."""
-        if self.rollout * num_envs < self.minibatches:
+        if self.n_steps * num_envs < self.minibatches:
             raise InvalidConfig(
-                f"learner.ppo.rollout: {self.rollout} steps of {num_envs} drones make no {self.minibatches} minibatches"
+                f"learner.ppo.n_steps: {self.n_steps} steps of {num_envs} drones make no {self.minibatches} minibatches"
             )
 
 

@@ -21,6 +21,7 @@ from protocol.named_files import (
     with_absolute_paths,
     with_content,
 )
+from protocol.renamed_settings import renamed_in
 from protocol.text import UNDECODABLE, NotUtf8, utf8_text
 from protocol.whole_record import lacking
 
@@ -59,6 +60,7 @@ def load_config(path: Path) -> RunConfig:
             range; or it was resolved once, and lacks a setting now.
     """
     table = _read_table(path)
+    _require_present_names(table, path)
     mark = _mark_of(table, path)
     if mark is not None:
         _require_all(table, mark, path)
@@ -74,6 +76,7 @@ def load_resolved_config(path: Path) -> RunConfig:
         InvalidConfig: as `load_config`; or it lacks a setting, or has a relative path and is of no known directory.
     """
     table = _read_table(path)
+    _require_present_names(table, path)
     mark = _mark_of(table, path)
     _require_all(table, mark, path)
     config = _config_of(table, path)
@@ -160,6 +163,12 @@ def _read_table(path: Path) -> dict[str, Any]:
         raise InvalidConfig(f"{path} is no configuration: it nests its lists or tables too deeply") from error
     except (ValueError, *UNDECODABLE) as error:
         raise InvalidConfig(f"{path}: {error}") from error
+
+
+def _require_present_names(table: dict[str, Any], path: Path) -> None:
+    renamed = [f"{old} is {new}" for old, new in renamed_in(table)]
+    if renamed:
+        raise InvalidConfig(f"{path} has settings that are called otherwise now: {', '.join(renamed)}")
 
 
 def _mark_of(table: dict[str, Any], path: Path) -> _Resolved | None:

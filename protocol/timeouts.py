@@ -19,7 +19,7 @@ class Timeouts(Struct, frozen=True, kw_only=True):
         progress: one that answers pings, has work in hand and answered none of it for this long hangs as well.
         grace: how long a process goes on without its orchestrator.
         silence: a connection on which nothing at all was heard for this long is given up and made anew.
-        first_backoff, longest_backoff: pause before the second try of a request; it doubles with each further one.
+        initial_backoff, max_backoff: pause before the second try of a request; it doubles with each further one.
     """
 
     call: float = 30.0
@@ -29,8 +29,8 @@ class Timeouts(Struct, frozen=True, kw_only=True):
     progress: float = 20.0
     grace: float = 60.0
     silence: float = 10.0
-    first_backoff: float = 0.05
-    longest_backoff: float = 1.0
+    initial_backoff: float = 0.05
+    max_backoff: float = 1.0
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
@@ -44,7 +44,7 @@ class Timeouts(Struct, frozen=True, kw_only=True):
 
     def backoff(self, failures: int) -> float:
         """Pause after the given number of failed tries."""
-        return min(self.longest_backoff, self.first_backoff * 2.0 ** min(failures - 1, 30))
+        return min(self.max_backoff, self.initial_backoff * 2.0 ** min(failures - 1, 30))
 
 
 DEFAULT_TIMEOUTS = Timeouts()

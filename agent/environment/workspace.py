@@ -24,7 +24,7 @@ def moved(position: Vector3, velocity: Float64Array, duration: float) -> Vector3
 def contains(config: EnvironmentConfig, position: Vector3) -> bool:
     """Whether a position is inside the workspace, its walls included."""
     x, y, z = position
-    return max(abs(x), abs(y)) <= config.half_width and config.lowest <= z <= config.highest
+    return max(abs(x), abs(y)) <= config.half_width and config.min_altitude <= z <= config.max_altitude
 
 
 def closest_approach(start: Vector3, end: Vector3, person: tuple[float, float]) -> float:
@@ -39,7 +39,7 @@ def closest_approach(start: Vector3, end: Vector3, person: tuple[float, float]) 
 
 def outcome_of(config: EnvironmentConfig, start: Vector3, end: Vector3, person: tuple[float, float]) -> Outcome:
     """What a straight flight from `start` to `end` comes to, the time limit left aside."""
-    if closest_approach(start, end, person) < config.keep_out:
+    if closest_approach(start, end, person) < config.keep_out_radius:
         return "too_close"
     return "flying" if contains(config, end) else "out_of_workspace"
 
@@ -48,8 +48,8 @@ def random_start(config: EnvironmentConfig, person: tuple[float, float], rng: np
     """A position from which no first step ends the flight, uniform over all such positions."""
     reach = MAX_SPEED * config.step_duration
     half_width = config.half_width - reach
-    low = (-half_width, -half_width, config.lowest + reach)
-    high = (half_width, half_width, config.highest - reach)
+    low = (-half_width, -half_width, config.min_altitude + reach)
+    high = (half_width, half_width, config.max_altitude - reach)
     while True:
         x, y, z = rng.uniform(low, high)
         if np.hypot(x - person[0], y - person[1]) >= config.start_clearance:

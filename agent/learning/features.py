@@ -68,7 +68,7 @@ class Features(nn.Module):
     def _place(self, drone: _Rows, distance: _Rows) -> _Rows:
         """(n, 5) how far the drone is from the person, and where in the workspace, in its own units."""
         space = self._workspace
-        middle, half = (space.highest + space.lowest) / 2, (space.highest - space.lowest) / 2
+        middle, half = (space.max_altitude + space.min_altitude) / 2, (space.max_altitude - space.min_altitude) / 2
         place = [distance / space.half_width, 2.0 / distance, drone[:, :2] / space.half_width]
         return np.concatenate([*place, (drone[:, 2:] - middle) / half], axis=1)
 
@@ -79,8 +79,8 @@ class Features(nn.Module):
         """
         space = self._workspace
         across, height = drone[:, :2], drone[:, 2:]
-        room = [space.half_width - np.abs(across), space.highest - height, height - space.lowest]
-        near = _nearness(np.concatenate([*room, distance - space.keep_out], axis=1))
+        room = [space.half_width - np.abs(across), space.max_altitude - height, height - space.min_altitude]
+        near = _nearness(np.concatenate([*room, distance - space.keep_out_radius], axis=1))
         walls, ceiling, floor, keep_out = near[:, :2] * np.sign(across), near[:, 2:3], near[:, 3:4], near[:, 4:]
         return np.concatenate([*_turned(walls[:, :1], walls[:, 1:], bearing), ceiling - floor, keep_out], axis=1)
 

@@ -89,7 +89,7 @@ def steered(config: EnvironmentConfig, flight: Flight, goal: Vector3) -> Float64
     """
     to_goal = np.array(goal) - flight.position
     to_person = np.array(flight.scene.position) - flight.position[:2]
-    to_goal[:2] = _around(to_goal[:2], to_person, config.keep_out + _CLEARANCE)
+    to_goal[:2] = _around(to_goal[:2], to_person, config.keep_out_radius + _CLEARANCE)
     velocity = to_goal / config.step_duration
     return velocity * min(1.0, MAX_SPEED / max(float(np.abs(velocity).max()), 1e-9))
 

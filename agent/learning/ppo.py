@@ -35,7 +35,7 @@ _UNDER_WAY = ("_current_log_prob", "_current_values", "_current_next_observation
 
 
 class PpoLearner:
-    """Learns from the steps of its own last rollout, each `rollout` steps of every drone.
+    """Learns from the steps of its own last rollout, each `n_steps` steps of every drone.
 
     The action that is under way while it learns was drawn from the policy before. It goes into the next rollout with
     the log-probability it was drawn with, so the ratio that is clipped stays right.
@@ -53,8 +53,8 @@ class PpoLearner:
         self._config = config
         self._observed = 0
         self._learned = 0
-        self._memory = RandomMemory(memory_size=config.rollout, num_envs=num_envs, device="cpu")
-        self._policy = GaussianPolicy(observation_space(), action_space(), config.hidden)
+        self._memory = RandomMemory(memory_size=config.n_steps, num_envs=num_envs, device="cpu")
+        self._policy = GaussianPolicy(observation_space(), action_space(), config.hidden_sizes)
         self._features = Features(environment)
         self._agent = _ppo_agent(config, environment, self._policy, self._memory)
 
@@ -84,11 +84,11 @@ class PpoLearner:
 
     def learn(self) -> Statistics:
         """Make the updates of a rollout once it is whole."""
-        if self._observed < self._learned + self._config.rollout:
+        if self._observed < self._learned + self._config.n_steps:
             return {}
         self._learned = self._observed
         self._agent.update(timestep=0, timesteps=0)
-        self.updates += self._config.epochs * self._config.minibatches
+        self.updates += self._config.n_epochs * self._config.minibatches
         return tracked(self._agent)
 
     def state(self) -> dict[str, Any]:
@@ -130,19 +130,19 @@ class PpoLearner:
 
 def _ppo_agent(config: PpoConfig, environment: EnvironmentConfig, policy: GaussianPolicy, memory: RandomMemory) -> PPO:
     spaces = (observation_space(), action_space())
-    models: dict[str, Model] = {"policy": policy, "value": Value(*spaces, config.hidden)}
+    models: dict[str, Model] = {"policy": policy, "value": Value(*spaces, config.hidden_sizes)}
     settings = PPO_CFG(
-        rollouts=config.rollout,
-        learning_epochs=config.epochs,
+        rollouts=config.n_steps,
+        learning_epochs=config.n_epochs,
         mini_batches=config.minibatches,
-        discount_factor=config.discount,
+        discount_factor=config.gamma,
         gae_lambda=config.gae_lambda,
         learning_rate=config.learning_rate,
-        ratio_clip=config.clip,
+        ratio_clip=config.clip_range,
         # In the units of the return, so it would hold the value back rather than steady it.
         value_clip=0.0,
         value_loss_scale=1.0,
-        entropy_loss_scale=config.entropy,
+        entropy_loss_scale=config.ent_coef,
         time_limit_bootstrap=True,
         observation_preprocessor=Features,
         observation_preprocessor_kwargs={"workspace": environment},

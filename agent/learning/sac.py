@@ -52,7 +52,7 @@ class SacLearner:
         self._observed = 0
         self._config = config
         # With replacement: without, a batch costs a permutation of the whole memory.
-        rows = config.memory // num_envs
+        rows = config.buffer_size // num_envs
         self._memory = RandomMemory(memory_size=rows, num_envs=num_envs, device="cpu", replacement=True)
         self._features = Features(environment)
         # In each of two steps a drone acts on an observation, and another may end its flight.
@@ -74,7 +74,7 @@ class SacLearner:
 
     def learn(self) -> Statistics:
         """Make the updates that are due since the memory held its first batch."""
-        due = int((self._observed - self._config.batch) * self._config.updates_per_step) - self.updates
+        due = int((self._observed - self._config.batch_size) * self._config.updates_per_step) - self.updates
         if due <= 0:
             return {}
         told = self._update(due)
@@ -152,8 +152,8 @@ class SacLearner:
 
 def sac_networks(config: SacConfig) -> SacNetworks:
     spaces = (observation_space(), action_space())
-    policy = SquashedPolicy(*spaces, config.hidden)
-    first, second, first_target, second_target = (Critic(*spaces, config.hidden) for _ in range(4))
+    policy = SquashedPolicy(*spaces, config.hidden_sizes)
+    first, second, first_target, second_target = (Critic(*spaces, config.hidden_sizes) for _ in range(4))
     return SacNetworks(policy=policy, critics=(first, second), targets=(first_target, second_target))
 
 
@@ -163,11 +163,11 @@ def sac_agent(config: SacConfig, networks: SacNetworks, memory: Memory) -> SAC:
     for number, (critic, target) in enumerate(zip(networks.critics, networks.targets, strict=True), start=1):
         models |= {f"critic_{number}": critic, f"target_critic_{number}": target}
     settings = SAC_CFG(
-        batch_size=config.batch,
-        discount_factor=config.discount,
-        polyak=config.polyak,
+        batch_size=config.batch_size,
+        discount_factor=config.gamma,
+        polyak=config.tau,
         learning_rate=config.learning_rate,
-        initial_entropy_value=config.initial_entropy,
+        initial_entropy_value=config.initial_ent_coef,
     )
     settings.experiment.write_interval = settings.experiment.checkpoint_interval = 0
     features = Box(-np.inf, np.inf, (FEATURE_SIZE,))

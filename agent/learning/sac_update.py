@@ -81,7 +81,7 @@ class SacUpdate:
         self._targets = [Backpropagation(critic.net) for critic in networks.targets]
         self._followed: list[Tensor] = [parameter for critic in networks.critics for parameter in critic.parameters()]
         self._following: list[Tensor] = [parameter for critic in networks.targets for parameter in critic.parameters()]
-        self._follow = get_ema_multi_avg_fn(1.0 - config.polyak)
+        self._follow = get_ema_multi_avg_fn(1.0 - config.tau)
         self._log_entropy = agent.log_entropy_coefficient
         self._log_entropy.grad = self._entropy_gradient = torch.zeros_like(self._log_entropy)
         self.begin()
@@ -118,20 +118,20 @@ class SacUpdate:
 
     def _batches(self, updates: int) -> Iterator[_Batch]:
         """As skrl's memory draws with replacement; what needs no network is computed for all of them at once."""
-        size = self._config.batch
+        size = self._config.batch_size
         rows, noise = zip(*(self._draws() for _ in range(updates)), strict=True)
         kept = self._gathered(torch.cat(rows))
         both = [kept[name].unflatten(0, (updates, size)) for name in ("next_observations", "observations")]
         features = torch.cat(both, dim=1)
         frames = to_drone_frames(features.flatten(0, 1)).unflatten(0, (updates, 2 * size))
         taken = rotated(kept["actions"], frames[:, size:].flatten(0, 1))
-        discounts = self._config.discount * kept["terminated"].logical_not()
+        discounts = self._config.gamma * kept["terminated"].logical_not()
         parts = (part.split(size) for part in (taken, kept["rewards"], discounts))
         return map(_Batch, features, frames, noise, *parts)
 
     def _draws(self) -> tuple[Tensor, Tensor]:
         """(n,) rows of the memory for an update, and (2 n, 3) its noise."""
-        size, kind = self._config.batch, self._log_entropy.dtype
+        size, kind = self._config.batch_size, self._log_entropy.dtype
         rows = torch.randint(0, len(self._memory), (size,))
         # Two draws, as skrl makes them: one of double the size need not give the same numbers.
         return rows, torch.cat([torch.randn(size, ACTION_SIZE, dtype=kind), torch.randn(size, ACTION_SIZE, dtype=kind)])

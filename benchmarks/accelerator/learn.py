@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     config = RunConfig()
     envs = config.environment.num_envs
     learner = learner_on(options.device, replace(config.learner.sac, updates_per_step=1 / envs))
-    seconds = measured_updates(learner, config.learner.sac.batch, envs, options.count)
+    seconds = measured_updates(learner, config.learner.sac.batch_size, envs, options.count)
     weights = learner.weights()
     flat = np.concatenate([weights[name].ravel() for name in sorted(weights)])
     hand_over(

@@ -31,7 +31,7 @@ class SacOnDevice:
         self._observed = 0
         self._config = config
         self._device = torch.device(device)
-        rows = config.memory // environment.num_envs
+        rows = config.buffer_size // environment.num_envs
         self._memory = RandomMemory(memory_size=rows, num_envs=environment.num_envs, device=device, replacement=True)
         # The features make constants of their own, where torch puts what says nothing else. Not for the updates:
         # Adam would keep its counts on a GPU, and wait for each of them.
@@ -55,7 +55,7 @@ class SacOnDevice:
 
     def learn(self) -> None:
         """Make the updates that are due, and wait until the device is through with them."""
-        due = int((self._observed - self._config.batch) * self._config.updates_per_step) - self.updates
+        due = int((self._observed - self._config.batch_size) * self._config.updates_per_step) - self.updates
         for _ in range(due):
             self._agent.update(timestep=self.updates, timesteps=0)
             self.updates += 1
@@ -69,17 +69,17 @@ class SacOnDevice:
 
     def _made_agent(self, environment: EnvironmentConfig) -> SAC:
         config, spaces = self._config, (observation_space(), action_space())
-        models: dict[str, Model] = {"policy": SquashedPolicy(*spaces, config.hidden)}
-        models |= {name: Critic(*spaces, config.hidden) for name in _CRITICS}
+        models: dict[str, Model] = {"policy": SquashedPolicy(*spaces, config.hidden_sizes)}
+        models |= {name: Critic(*spaces, config.hidden_sizes) for name in _CRITICS}
         for model in models.values():
             model.device = self._device
             model.to(self._device)
         settings = SAC_CFG(
-            batch_size=config.batch,
-            discount_factor=config.discount,
-            polyak=config.polyak,
+            batch_size=config.batch_size,
+            discount_factor=config.gamma,
+            polyak=config.tau,
             learning_rate=config.learning_rate,
-            initial_entropy_value=config.initial_entropy,
+            initial_entropy_value=config.initial_ent_coef,
             observation_preprocessor=Features,
             observation_preprocessor_kwargs={"workspace": environment},
         )

@@ -24,7 +24,7 @@ def rehearsal_config(config: RunConfig, faults: int, steps: int) -> RunConfig:
     return replace(
         config,
         timeouts=rehearsal_timeouts(config.timeouts),
-        supervision=replace(config.supervision, restarts=max(config.supervision.restarts, RESTARTS)),
+        supervision=replace(config.supervision, max_restarts=max(config.supervision.max_restarts, RESTARTS)),
         training=replace(config.training, checkpoint_every=every),
     )
 

@@ -107,7 +107,7 @@ def qoe(
     settings = with_workers(told if host else with_checksums(told), count)
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
     parts = experiment.table_parts(directory, views)
-    _complete(directory, parts, settings, host, lambda workers: experiment.observe_views(parts, views, settings, workers))
+    _complete(directory, parts, settings, host, lambda pools: experiment.observe_views(parts, views, settings, pools))
     _print_results(directory, json)
 
 

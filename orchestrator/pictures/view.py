@@ -144,8 +144,8 @@ def a_step_before(camera: Camera, environment: EnvironmentConfig, random: np.ran
     nearer, lower or higher.
     """
     here, target = np.array(camera.pose.position), np.array(camera.pose.target)
-    nearest = min(environment.keep_out, float(np.hypot(*(here - target)[:2])))
-    lowest, highest = min(environment.lowest, here[2]), max(environment.highest, here[2])
+    nearest = min(environment.keep_out_radius, float(np.hypot(*(here - target)[:2])))
+    lowest, highest = min(environment.min_altitude, here[2]), max(environment.max_altitude, here[2])
     while True:
         direction = random.normal(size=3)
         step = LONGEST_STEP * random.random() ** (1 / 3) * direction / np.linalg.norm(direction)

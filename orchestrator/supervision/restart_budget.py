@@ -16,7 +16,7 @@ class RestartBudget:
     def charge(self, now: float) -> float | None:
         """The pause before the next restart, in seconds: none before the first; None where the budget is spent."""
         self._forget(now)
-        if len(self._restarts) >= self._config.restarts:
+        if len(self._restarts) >= self._config.max_restarts:
             return None
         pause = self._backoff(len(self._restarts))
         self._restarts.append(now)
@@ -35,4 +35,4 @@ class RestartBudget:
     def _backoff(self, restarts: int) -> float:
         if restarts == 0:
             return 0.0
-        return min(self._config.longest_backoff, self._config.first_backoff * 2.0 ** min(restarts - 1, 30))
+        return min(self._config.max_backoff, self._config.initial_backoff * 2.0 ** min(restarts - 1, 30))

@@ -221,7 +221,8 @@ class Supervisor:
         if pause is None:
             reason = life.hang or life.process.obituary()
             raise RestartsExhausted(
-                f"{reason}; it was started again {self._config.restarts} times within {self._config.window:g} s already"
+                f"{reason}; it was started again {self._config.max_restarts} times within "
+                f"{self._config.window:g} s already"
             )
         return pause
 

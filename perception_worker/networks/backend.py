@@ -89,7 +89,7 @@ def open_look(config: PerceptionConfig) -> Look:
 
 
 def _open_network_at(size: tuple[int, int], config: PerceptionConfig) -> Network:
-    return open_network(replace(config, rows=size[0], columns=size[1]))
+    return open_network(replace(config, input_height=size[0], input_width=size[1]))
 
 
 def quick_search_size(config: PerceptionConfig) -> tuple[int, int] | None:
@@ -97,7 +97,7 @@ def quick_search_size(config: PerceptionConfig) -> tuple[int, int] | None:
 
     None where that is `input_size` already: where the configuration or the network names it.
     """
-    named = config.rows is not None or config.columns is not None or input_size(config) != DEFAULT_SEARCH
+    named = config.input_height is not None or config.input_width is not None or input_size(config) != DEFAULT_SEARCH
     return None if named else DEFAULT_SIZE
 
 
@@ -105,10 +105,10 @@ def region_size(config: PerceptionConfig) -> tuple[int, int] | None:
     """Rows and columns of a region around a person as the network is shown it; None where it sees all in one size."""
     if network_name(config) in _SINGLE_PERSON:
         return None
-    if _file_decides(config) and config.region_rows is None and config.region_columns is None:
+    if _file_decides(config) and config.region_height is None and config.region_width is None:
         return None
     rows, columns = DEFAULT_REGION
-    return config.region_rows or rows, config.region_columns or columns
+    return config.region_height or rows, config.region_width or columns
 
 
 def network_name(config: PerceptionConfig) -> str:
@@ -135,15 +135,15 @@ def peak_threshold(config: PerceptionConfig) -> float:
 def _open_single_person(name: str, kind: SinglePersonKind, config: PerceptionConfig) -> Network:
     rows, columns = kind.size
     given = (
-        config.rows or rows,
-        config.columns or columns,
-        config.region_rows or rows,
-        config.region_columns or columns,
+        config.input_height or rows,
+        config.input_width or columns,
+        config.region_height or rows,
+        config.region_width or columns,
     )
     if given != (*kind.size, *kind.size):
         raise InvalidConfig(
-            f"perception.rows, columns, region_rows, region_columns: {name} takes images of {rows}×{columns} and no "
-            "others; leave them out"
+            f"perception.input_height, input_width, region_height, region_width: {name} takes images of "
+            f"{rows}×{columns} and no others; leave them out"
         )
     if (config.layout, config.pixels) != ("auto", "auto"):
         raise InvalidConfig(f"perception.layout, perception.pixels: those of {name} are known; leave both out")
@@ -152,10 +152,10 @@ def _open_single_person(name: str, kind: SinglePersonKind, config: PerceptionCon
 
 
 def _wanted_size(config: PerceptionConfig) -> tuple[int, int] | None:
-    if _file_decides(config) and config.rows is None and config.columns is None:
+    if _file_decides(config) and config.input_height is None and config.input_width is None:
         return None
     rows, columns = DEFAULT_SEARCH if config.look == "track" else DEFAULT_SIZE
-    return config.rows or rows, config.columns or columns
+    return config.input_height or rows, config.input_width or columns
 
 
 def _file_decides(config: PerceptionConfig) -> bool:

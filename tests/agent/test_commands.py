@@ -20,9 +20,9 @@ startup = 5.0
 num_envs = 2
 episode_steps = 5
 [learner.sac]
-hidden = [16]
-memory = 200
-batch = 8
+hidden_sizes = [16]
+buffer_size = 200
+batch_size = 8
 updates_per_step = 0.5
 [training]
 steps = 20

@@ -28,8 +28,8 @@ CONFIG = """
 num_envs = 4
 episode_steps = 10
 [learner.sac]
-hidden = [32, 32]
-batch = 16
+hidden_sizes = [32, 32]
+batch_size = 16
 [training]
 steps = 40
 prefill = 16

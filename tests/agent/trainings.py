@@ -19,8 +19,8 @@ CONFIG = RunConfig(
     seed=3,
     environment=EnvironmentConfig(num_envs=2, episode_steps=5),
     learner=LearnerConfig(
-        sac=SacConfig(hidden=(16,), memory=200, batch=8, updates_per_step=0.5),
-        ppo=PpoConfig(hidden=(16,), rollout=6, epochs=1, minibatches=2),
+        sac=SacConfig(hidden_sizes=(16,), buffer_size=200, batch_size=8, updates_per_step=0.5),
+        ppo=PpoConfig(hidden_sizes=(16,), n_steps=6, n_epochs=1, minibatches=2),
     ),
     training=TrainingConfig(steps=30, prefill=20, log_every=10, checkpoint_every=10),
 )

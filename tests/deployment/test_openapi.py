@@ -17,7 +17,7 @@ SCHEMATHESIS = Path(sys.executable).with_name("schemathesis")
 # Not being ready is an answer, and no server's error: the document has its 503.
 OPTIONS = ("--exclude-checks", "not_a_server_error", "--max-examples", "20", "--seed", "4", "--no-color")
 UNTIL_IT_IS_STOPPED = (
-    "[environment]\nnum_envs = 2\n[training]\nsteps = 1000000\nprefill = 20\n[learner.sac]\nbatch = 16\n"
+    "[environment]\nnum_envs = 2\n[training]\nsteps = 1000000\nprefill = 20\n[learner.sac]\nbatch_size = 16\n"
 )
 
 pytestmark = pytest.mark.slow

@@ -19,7 +19,7 @@ HERE = Path(__file__).parent
 pytestmark = pytest.mark.slow
 
 
-SHORT = "[environment]\nnum_envs = 2\n[training]\nsteps = 40\nprefill = 20\n[learner.sac]\nbatch = 16\n"
+SHORT = "[environment]\nnum_envs = 2\n[training]\nsteps = 40\nprefill = 20\n[learner.sac]\nbatch_size = 16\n"
 
 
 class ThreeHosts:

@@ -61,7 +61,7 @@ def write(tmp_path: Path) -> Write:
 
 def opened(file: Path, backend: Any, size: tuple[int, int] | None = None) -> Any:
     rows, columns = size or (None, None)
-    return open_network(PerceptionConfig(network=str(file), backend=backend, rows=rows, columns=columns))
+    return open_network(PerceptionConfig(network=str(file), backend=backend, input_height=rows, input_width=columns))
 
 
 @BOTH

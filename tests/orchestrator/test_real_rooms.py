@@ -17,7 +17,7 @@ num_envs = 2
 episode_steps = 8
 
 [learner.sac]
-batch = 8
+batch_size = 8
 
 [training]
 steps = 16

@@ -47,7 +47,7 @@ def fleet(tmp_path, stop):
 
 @pytest.fixture
 def session(fleet, display, stop):
-    with Supervisor(fleet, SupervisionConfig(restarts=1), Timeouts(startup=30.0)) as supervisor:
+    with Supervisor(fleet, SupervisionConfig(max_restarts=1), Timeouts(startup=30.0)) as supervisor:
         yield Session(fleet, supervisor, display, stop)
 
 
@@ -131,7 +131,7 @@ def joined_session(fleet, display, stop):
     def make(others: Others) -> Session:
         return Session(fleet, supervisor, display, stop, remote_workers=others)
 
-    with Supervisor(fleet, SupervisionConfig(restarts=1), Timeouts(startup=30.0)) as supervisor:
+    with Supervisor(fleet, SupervisionConfig(max_restarts=1), Timeouts(startup=30.0)) as supervisor:
         yield make
 
 

@@ -289,7 +289,7 @@ def test_a_run_has_one_orchestrator_and_an_abandoned_training_no_evaluation(rehe
 def test_a_process_that_fails_for_ever_ends_the_run_with_its_words(rehearsal):
     (rehearsal.command.folder / "short.toml").write_text(
         CONFIG.format(steps=STEPS, grace=30.0, liveness=5.0, episodes=3)
-        + "[supervision]\nrestarts = 2\nfirst_backoff = 0.1\n"
+        + "[supervision]\nmax_restarts = 2\ninitial_backoff = 0.1\n"
     )
     done = rehearsal.command.run("train", "short.toml", "--run", "one", rooms=("render_crashes_at_start",))
     assert done.returncode == 1

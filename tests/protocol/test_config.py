@@ -35,7 +35,7 @@ def test_one_line_changes_the_learner(tmp_path):
     [
         ("[environment.camera]\nwidht = 640\n", r"widht.*environment\.camera"),
         ('[training]\nsteps = "many"\n', r"training\.steps"),
-        ("[perception]\nrows = 241\n", r"perception\.rows"),
+        ("[perception]\ninput_height = 241\n", r"perception\.input_height"),
         ("[environment]\nbeta = 1.0\n", r"environment\.beta"),
         ("seed = -1\n", r"seed"),
         ("seed = \n", r"broken\.toml"),
@@ -91,16 +91,22 @@ def test_a_number_beyond_all_machines_is_refused_by_name(tmp_path, path, value):
             "[environment.camera]\nwidth = 8192\nheight = 8192\n",
             r"environment\.camera\.width, height: a picture of 8192×",
         ),
-        ("[environment]\nkeep_out = 8.0\n", r"environment\.keep_out, half_width: a keep-out of 8.0 m leaves no room"),
         (
-            "[environment]\nhighest = 1.4\n",
-            r"environment\.lowest, highest: a workspace from 0.5 to 1.4 m high has no room",
+            "[environment]\nkeep_out_radius = 8.0\n",
+            r"environment\.keep_out_radius, half_width: a keep-out of 8.0 m",
         ),
-        ("[learner.sac]\nmemory = 255\n", r"learner\.sac\.memory: 255 transitions hold no batch of 256"),
-        ("[learner.sac]\nmemory = 5\nbatch = 3\n[environment]\nnum_envs = 6\n", r"learner\.sac\.memory: 5 transitions"),
         (
-            '[learner]\nalgorithm = "ppo"\n[learner.ppo]\nrollout = 1\nminibatches = 5\n',
-            r"learner\.ppo\.rollout: 1 steps of 4 drones make no 5 minibatches",
+            "[environment]\nmax_altitude = 1.4\n",
+            r"environment\.min_altitude, max_altitude: a workspace from 0.5 to 1.4 m high has no room",
+        ),
+        ("[learner.sac]\nbuffer_size = 255\n", r"learner\.sac\.buffer_size: 255 transitions hold no batch of 256"),
+        (
+            "[learner.sac]\nbuffer_size = 5\nbatch_size = 3\n[environment]\nnum_envs = 6\n",
+            r"learner\.sac\.buffer_size: 5 transitions",
+        ),
+        (
+            '[learner]\nalgorithm = "ppo"\n[learner.ppo]\nn_steps = 1\nminibatches = 5\n',
+            r"learner\.ppo\.n_steps: 1 steps of 4 drones make no 5 minibatches",
         ),
         ('[perception]\nbackend = "onnxruntime"\nprecision = "bf16"\n', r"perception\.precision: bf16 is OpenVINO's"),
         ("[evaluation]\nfirst_seed = -1\n", r"evaluation\.first_seed"),
@@ -113,8 +119,8 @@ def test_fields_that_don_t_go_together_are_named(tmp_path, text, named):
 
 
 def test_only_the_learner_that_is_chosen_has_to_fit(tmp_path):
-    (tmp_path / "ppo.toml").write_text('[learner]\nalgorithm = "ppo"\n[learner.sac]\nmemory = 1\n')
-    assert load_config(tmp_path / "ppo.toml").learner.sac.memory == 1
+    (tmp_path / "ppo.toml").write_text('[learner]\nalgorithm = "ppo"\n[learner.sac]\nbuffer_size = 1\n')
+    assert load_config(tmp_path / "ppo.toml").learner.sac.buffer_size == 1
 
 
 def test_the_largest_picture_that_travels_is_taken():
@@ -125,9 +131,9 @@ def test_the_largest_picture_that_travels_is_taken():
 
 
 def test_a_memory_that_no_machine_has_is_refused():
-    config = msgspec.convert({"learner": {"sac": {"memory": 10**9}}}, RunConfig)
+    config = msgspec.convert({"learner": {"sac": {"buffer_size": 10**9}}}, RunConfig)
     config.require_memory(2**40)
-    with pytest.raises(InvalidConfig, match=r"learner\.sac\.memory: 1000000000 transitions take 745\.1 GiB"):
+    with pytest.raises(InvalidConfig, match=r"learner\.sac\.buffer_size: 1000000000 transitions take 745\.1 GiB"):
         config.require_memory(2**30)
 
 

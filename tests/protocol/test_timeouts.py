@@ -27,5 +27,5 @@ def test_the_defaults_are_the_configuration_s():
 
 
 def test_pauses_double_up_to_the_longest():
-    timeouts = Timeouts(first_backoff=0.1, longest_backoff=0.5)
+    timeouts = Timeouts(initial_backoff=0.1, max_backoff=0.5)
     assert [timeouts.backoff(failures) for failures in (1, 2, 3, 4, 5000)] == [0.1, 0.2, 0.4, 0.5, 0.5]

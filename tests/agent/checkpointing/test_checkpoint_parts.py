@@ -31,11 +31,11 @@ pytestmark = pytest.mark.slow
 SAC = RunConfig(
     seed=3,
     environment=EnvironmentConfig(num_envs=2, episode_steps=5),
-    learner=LearnerConfig(sac=SacConfig(hidden=(16,), memory=40, batch=8, updates_per_step=0.5)),
+    learner=LearnerConfig(sac=SacConfig(hidden_sizes=(16,), buffer_size=40, batch_size=8, updates_per_step=0.5)),
     training=TrainingConfig(steps=60, prefill=20, log_every=12, checkpoint_every=1000),
 )
 PPO = replace(
-    SAC, learner=LearnerConfig(algorithm="ppo", ppo=PpoConfig(hidden=(16,), rollout=6, epochs=1, minibatches=2))
+    SAC, learner=LearnerConfig(algorithm="ppo", ppo=PpoConfig(hidden_sizes=(16,), n_steps=6, n_epochs=1, minibatches=2))
 )
 CONFIGS = {"sac": SAC, "ppo": PPO}
 LOST_AT = {"sac": 75, "ppo": 53}
@@ -222,7 +222,7 @@ def without(part: str, name: str) -> Callable[[dict[str, Any], dict[str, Any]], 
 
 @pytest.mark.parametrize("part", OF_A_WHOLE_ROLLOUT)
 def test_a_part_of_a_whole_rollout_that_is_left_out_is_seen(tmp_path, control_run, part: str) -> None:
-    run, steps = tmp_path / "run", iter(range(PPO.learner.ppo.rollout))
+    run, steps = tmp_path / "run", iter(range(PPO.learner.ppo.n_steps))
     flown(run, "ppo", stop=lambda: next(steps, None) is None)
     rewritten(run, without(part, "ppo"))
     assert gone_on(run, "ppo") != "done" or differing(run, control_run("ppo"))

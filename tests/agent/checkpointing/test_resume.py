@@ -36,13 +36,13 @@ PLACES = (
 SAC = RunConfig(
     seed=3,
     environment=EnvironmentConfig(num_envs=2, episode_steps=5),
-    learner=LearnerConfig(sac=SacConfig(hidden=(16,), memory=40, batch=8, updates_per_step=0.5)),
+    learner=LearnerConfig(sac=SacConfig(hidden_sizes=(16,), buffer_size=40, batch_size=8, updates_per_step=0.5)),
     training=TrainingConfig(steps=60, prefill=20, log_every=12, checkpoint_every=14, keep_checkpoints=2),
 )
 """The memory of 20 steps of two drones has begun anew by the end."""
 
 PPO = replace(
-    SAC, learner=LearnerConfig(algorithm="ppo", ppo=PpoConfig(hidden=(16,), rollout=6, epochs=1, minibatches=2))
+    SAC, learner=LearnerConfig(algorithm="ppo", ppo=PpoConfig(hidden_sizes=(16,), n_steps=6, n_epochs=1, minibatches=2))
 )
 pytestmark = pytest.mark.slow
 

@@ -23,7 +23,7 @@ CONFIG = RunConfig()
     "other",
     [
         replace(CONFIG, timeouts=TimeoutsConfig(call=9.0)),
-        replace(CONFIG, supervision=SupervisionConfig(restarts=9)),
+        replace(CONFIG, supervision=SupervisionConfig(max_restarts=9)),
         replace(CONFIG, evaluation=EvaluationConfig(episodes=9)),
         replace(CONFIG, render=RenderConfig(workers=9)),
         replace(CONFIG, perception=PerceptionConfig(workers=9, prefetch=9)),
@@ -40,7 +40,7 @@ def test_what_a_result_does_not_depend_on_may_change(other: RunConfig) -> None:
         (replace(CONFIG, seed=1), "seed was 0, is 1"),
         (replace(CONFIG, environment=EnvironmentConfig(num_envs=2)), r"environment\.num_envs was 4, is 2"),
         (replace(CONFIG, learner=LearnerConfig(algorithm="ppo")), r"learner\.algorithm was 'sac', is 'ppo'"),
-        (replace(CONFIG, learner=LearnerConfig(sac=SacConfig(hidden=(8,)))), r"learner\.sac\.hidden"),
+        (replace(CONFIG, learner=LearnerConfig(sac=SacConfig(hidden_sizes=(8,)))), r"learner\.sac\.hidden"),
         (replace(CONFIG, training=TrainingConfig(prefill=9)), r"training\.prefill was 1000, is 9"),
         (replace(CONFIG, perception=PerceptionConfig(network="n.onnx")), r"perception\.network"),
     ],

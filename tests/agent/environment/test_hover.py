@@ -159,4 +159,4 @@ def test_stepping_before_a_reset_is_an_error(sensor: AnalyticSensor) -> None:
 
 def test_an_impossible_workspace_is_refused(sensor: AnalyticSensor) -> None:
     with pytest.raises(InvalidConfig):
-        Hover(sensor, EnvironmentConfig(keep_out=20.0))
+        Hover(sensor, EnvironmentConfig(keep_out_radius=20.0))

@@ -16,8 +16,8 @@ from tests.agent.analytic_sensor import AnalyticSensor
 
 DRONES = 2
 FLIGHTS = EnvironmentConfig(num_envs=DRONES, episode_steps=7)
-SAC = SacConfig(reward_scale=1.0, hidden=(16, 16), memory=32, batch=8, updates_per_step=0.5)
-PPO = PpoConfig(hidden=(16, 16), rollout=6, epochs=2, minibatches=2)
+SAC = SacConfig(reward_scale=1.0, hidden_sizes=(16, 16), buffer_size=32, batch_size=8, updates_per_step=0.5)
+PPO = PpoConfig(hidden_sizes=(16, 16), n_steps=6, n_epochs=2, minibatches=2)
 
 
 class Flock:

@@ -8,7 +8,7 @@ from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, SacConf
 
 @pytest.mark.parametrize(("algorithm", "off_policy"), [("sac", True), ("ppo", False)])
 def test_one_word_of_the_configuration_chooses_the_learner(algorithm, off_policy) -> None:
-    sizes = {"sac": SacConfig(hidden=(8,), batch=4), "ppo": PpoConfig(hidden=(8,))}
+    sizes = {"sac": SacConfig(hidden_sizes=(8,), batch_size=4), "ppo": PpoConfig(hidden_sizes=(8,))}
     learner = make_learner(LearnerConfig(algorithm=algorithm, **sizes), EnvironmentConfig(num_envs=2), seed=0)
     assert learner.off_policy is off_policy
     assert learner.act(np.zeros((2, 111), np.float32), explore=False).shape == (2, 3)

@@ -16,7 +16,7 @@ from tests.agent.analytic_sensor import AnalyticSensor
 pytestmark = pytest.mark.slow
 
 FLIGHTS = EnvironmentConfig()
-LEARNER = LearnerConfig(sac=SacConfig(hidden=(128, 128), batch=128), ppo=PpoConfig(hidden=(64, 64)))
+LEARNER = LearnerConfig(sac=SacConfig(hidden_sizes=(128, 128), batch_size=128), ppo=PpoConfig(hidden_sizes=(64, 64)))
 
 
 def median_return(policy: Policy) -> float:

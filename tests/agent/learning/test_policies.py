@@ -48,7 +48,7 @@ def test_the_way_to_the_front_goes_around_the_person() -> None:
     flights = flown("front", replace(flight_of(0), scene=scene, position=(-5.0, 0.1, 1.6)))
     ways = itertools.pairwise(flight.position for flight in flights)
     nearest = min(closest_approach(start, end, (0.0, 0.0)) for start, end in ways)
-    assert nearest > CONFIG.keep_out + 0.4
+    assert nearest > CONFIG.keep_out_radius + 0.4
     # Straight through it would be 7.5 m; around, not much more.
     arrived = next(flight for flight in flights if math.dist(flight.position, front_point(CONFIG, scene)) < 0.02)
     assert arrived.steps * 0.5 < 11.0

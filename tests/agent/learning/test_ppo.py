@@ -49,24 +49,24 @@ def test_a_learner_restored_goes_on_to_the_bit_even_within_a_rollout(steps: int)
 
 def test_it_learns_once_a_rollout_is_whole() -> None:
     one, flock = learner(), Flock()
-    flock.fly(one, PPO.rollout)
+    flock.fly(one, PPO.n_steps)
     assert one.updates == 0
     flock.fly(one, 1)
-    assert one.updates == PPO.epochs * PPO.minibatches
-    flock.fly(one, PPO.rollout)
-    assert one.updates == 2 * PPO.epochs * PPO.minibatches
+    assert one.updates == PPO.n_epochs * PPO.minibatches
+    flock.fly(one, PPO.n_steps)
+    assert one.updates == 2 * PPO.n_epochs * PPO.minibatches
 
 
 def test_what_was_learned_is_told_once() -> None:
     one = learner()
-    Flock().fly(one, PPO.rollout)
+    Flock().fly(one, PPO.n_steps)
     assert "Loss / Value loss" in one.learn()
     assert one.learn() == {}
 
 
 def test_returns_stop_at_the_end_of_a_flight() -> None:
     """Hand-made rollout: flights end at step 2, of drone 0 by time and of drone 1 by a crash."""
-    config = PpoConfig(hidden=(16,), rollout=4, epochs=1, minibatches=1, discount=0.5, gae_lambda=1.0)
+    config = PpoConfig(hidden_sizes=(16,), n_steps=4, n_epochs=1, minibatches=1, gamma=0.5, gae_lambda=1.0)
     one = learner(config=config)
     rng = np.random.default_rng(0)
     observations = rng.normal(size=(5, DRONES, 111)).astype(np.float32)
@@ -85,7 +85,7 @@ def test_returns_stop_at_the_end_of_a_flight() -> None:
                 truncated=np.array([ends, False]),
             )
         )
-    last, (cut, _) = values(one, config.hidden, observations[4]), values(one, config.hidden, final)
+    last, (cut, _) = values(one, config.hidden_sizes, observations[4]), values(one, config.hidden_sizes, final)
     one.learn()
     returns = one.state()["rollout"]["returns"][:, :, 0].numpy()
     # With λ = 1 a return is the discounted sum of rewards up to the end of its flight and of the value that is there.
@@ -99,11 +99,11 @@ def test_returns_stop_at_the_end_of_a_flight() -> None:
 @pytest.mark.slow
 def test_it_learns_what_pays() -> None:
     """Rewards for flying up, whatever is seen: the mean velocity turns upwards."""
-    config = PpoConfig(hidden=(16,), rollout=32, epochs=8, minibatches=2, discount=0.0, learning_rate=1e-2)
+    config = PpoConfig(hidden_sizes=(16,), n_steps=32, n_epochs=8, minibatches=2, gamma=0.0, learning_rate=1e-2)
     one = learner(config=config)
     observations = same_again([0.0, 0.0]).observations
     before = one.act(observations, explore=False)[0, 2]
-    for _ in range(10 * config.rollout):
+    for _ in range(10 * config.n_steps):
         actions = one.act(observations, explore=True)
         one.learn()
         step = same_again(actions[:, 2].tolist())
@@ -138,4 +138,4 @@ def test_looking_for_the_best_leaves_the_step_under_way_alone() -> None:
 
 def test_a_rollout_too_short_for_its_minibatches_is_refused() -> None:
     with pytest.raises(InvalidConfig):
-        learner(config=PpoConfig(rollout=1, minibatches=4))
+        learner(config=PpoConfig(n_steps=1, minibatches=4))

@@ -84,12 +84,12 @@ def test_what_was_learned_is_told_and_not_kept() -> None:
 @pytest.mark.slow
 def test_a_crash_is_worth_its_reward_and_a_truncation_what_would_have_come(terminated: bool, value: float) -> None:
     # A reward of -1 for ever at a discount of 0.5 is worth -2; entropy is made to count for nothing.
-    config = replace(SAC, discount=0.5, polyak=0.5, initial_entropy=1e-6, learning_rate=1e-2, updates_per_step=1)
+    config = replace(SAC, gamma=0.5, tau=0.5, initial_ent_coef=1e-6, learning_rate=1e-2, updates_per_step=1)
     one = learner(config=config)
     for _ in range(60):
         one.observe(same_again([-1.0, -1.0], terminated=terminated, truncated=not terminated))
         one.learn()
-    critic = Critic(observation_space(), action_space(), config.hidden)
+    critic = Critic(observation_space(), action_space(), config.hidden_sizes)
     critic.load_state_dict(parameters(one, "critic_1"))
     features = Features(FLIGHTS)(torch.from_numpy(same_again([0.0]).observations))
     with torch.no_grad():
@@ -143,4 +143,4 @@ def test_weights_of_another_network_are_refused_whole(damage: str) -> None:
 
 def test_a_memory_smaller_than_a_batch_is_refused() -> None:
     with pytest.raises(InvalidConfig):
-        learner(config=SacConfig(memory=100, batch=256))
+        learner(config=SacConfig(buffer_size=100, batch_size=256))

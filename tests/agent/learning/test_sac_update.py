@@ -15,7 +15,7 @@ from agent.learning.sac_update import STATISTICS, SacNetworks, SacUpdate
 from agent.learning.skrl_state import network_weights, optimizers_state, restore_optimizers, tracked
 from protocol.config import EnvironmentConfig, SacConfig
 
-CONFIG = SacConfig(hidden=(32, 24), batch=48)
+CONFIG = SacConfig(hidden_sizes=(32, 24), batch_size=48)
 
 
 class Learned(Struct):
@@ -79,7 +79,7 @@ def differences(one: Learned, other: Learned) -> np.ndarray:
 
 @pytest.mark.parametrize("hidden", [(16,), (32, 24), (8, 8, 8)])
 def test_it_is_skrls_in_double_precision(hidden: tuple[int, ...]) -> None:
-    config = replace(CONFIG, hidden=hidden)
+    config = replace(CONFIG, hidden_sizes=hidden)
     by_skrl = Apprentice(config, torch.float64).taught_by_skrl(100)
     by_us = Apprentice(config, torch.float64).taught_by_us(100)
     assert differences(by_skrl, by_us).max() < 1e-9

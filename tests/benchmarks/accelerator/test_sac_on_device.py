@@ -8,11 +8,11 @@ from benchmarks.stages_alone import measured_updates
 from protocol.config import EnvironmentConfig, LearnerConfig, SacConfig
 
 ENVIRONMENT = EnvironmentConfig(num_envs=4)
-CONFIG = replace(SacConfig(), batch=16, updates_per_step=0.25)
+CONFIG = replace(SacConfig(), batch_size=16, updates_per_step=0.25)
 
 
 def weights_after(learner, updates=5):
-    measured_updates(learner, CONFIG.batch, ENVIRONMENT.num_envs, updates)
+    measured_updates(learner, CONFIG.batch_size, ENVIRONMENT.num_envs, updates)
     return learner.weights()
 
 

@@ -35,7 +35,7 @@ def test_no_drone_flies_faster_than_it_can_or_into_the_keep_out(path, scene):
     places = way(path, scene)
     for before, after in itertools.pairwise(places):
         assert math.dist(place(before), place(after)) <= 0.5
-    assert min(one.distance for one in places) > ENVIRONMENT.keep_out
+    assert min(one.distance for one in places) > ENVIRONMENT.keep_out_radius
 
 
 def test_a_circle_goes_once_around_the_person():

@@ -62,8 +62,11 @@ def test_a_step_before_the_camera_was_near_and_looked_at_the_same_target(viewpoi
     away = np.linalg.norm(positions - camera.pose.position, axis=1)
     assert away.max() <= LONGEST_STEP
     assert away.min() > 0
-    assert np.hypot(*(positions[:, :2] - (1.0, 2.0)).T).min() >= min(viewpoint.distance, environment.keep_out) - 1e-9
-    assert positions[:, 2].min() >= min(viewpoint.altitude, environment.lowest)
+    assert (
+        np.hypot(*(positions[:, :2] - (1.0, 2.0)).T).min()
+        >= min(viewpoint.distance, environment.keep_out_radius) - 1e-9
+    )
+    assert positions[:, 2].min() >= min(viewpoint.altitude, environment.min_altitude)
     assert {one.pose.target for one in befores} == {camera.pose.target}
 
 
@@ -96,8 +99,8 @@ def test_what_is_no_size_is_refused(text):
 
 def test_a_configuration_to_look_with_is_read_from_its_file(tmp_path):
     path = tmp_path / "wide.toml"
-    path.write_text("[perception]\nrows = 256\n[environment.camera]\nwidth = 100\nheight = 50\n")
-    assert view_config(path, None).perception.rows == 256
+    path.write_text("[perception]\ninput_height = 256\n[environment.camera]\nwidth = 100\nheight = 50\n")
+    assert view_config(path, None).perception.input_height == 256
     camera = view_config(path, "848x480").environment.camera
     assert (camera.width, camera.height) == (848, 480)
 

@@ -1,7 +1,7 @@
 from orchestrator.supervision.restart_budget import RestartBudget
 from protocol.config import SupervisionConfig
 
-CONFIG = SupervisionConfig(restarts=4, window=60.0, first_backoff=0.5, longest_backoff=1.5)
+CONFIG = SupervisionConfig(max_restarts=4, window=60.0, initial_backoff=0.5, max_backoff=1.5)
 
 
 def test_the_first_restart_is_at_once_and_each_further_one_waits_twice_as_long():
@@ -33,5 +33,5 @@ def test_a_process_that_never_gets_ready_is_not_started_for_ever_however_long_it
 
 
 def test_the_pause_stays_finite_after_many_restarts():
-    budget = RestartBudget(SupervisionConfig(restarts=10_000, longest_backoff=10.0))
+    budget = RestartBudget(SupervisionConfig(max_restarts=10_000, max_backoff=10.0))
     assert max(budget.charge(0.0) or 0.0 for _ in range(5000)) == 10.0

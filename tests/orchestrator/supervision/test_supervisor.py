@@ -167,7 +167,7 @@ def test_a_worker_that_can_never_work_is_not_started_again(care, launch):
 
 
 def test_a_spent_budget_ends_everything_with_the_reason_and_the_last_words(care, python_launch):
-    cared = care(restarts=2, window=60.0, first_backoff=0.1)
+    cared = care(max_restarts=2, window=60.0, initial_backoff=0.1)
     cared.supervisor.start(python_launch("print('out of paint'); raise SystemExit(3)", address="ipc:///tmp/none"))
     said = r"render-0 ended with exit code 3: out of paint .*; it was started again 2 times within 60 s already"
     with pytest.raises(RestartsExhausted, match=said):
@@ -187,7 +187,7 @@ def test_a_worker_that_never_gets_ready_runs_out_of_the_startup_clock(care, laun
 
 @pytest.mark.slow
 def test_a_worker_is_replaced_after_so_many_requests_and_no_request_is_lost(care, launch):
-    cared = care(recycle_requests=5, restarts=1)
+    cared = care(recycle_requests=5, max_restarts=1)
     samples = launch("samples")
     cared.start_ready(samples)
     with asking(samples) as client:
@@ -203,7 +203,7 @@ def test_a_worker_is_replaced_after_so_many_requests_and_no_request_is_lost(care
 
 @pytest.mark.slow
 def test_a_worker_is_replaced_once_it_takes_too_much_memory_but_not_before_it_worked(care, launch):
-    cared = care(recycle_bytes=1, restarts=1)
+    cared = care(recycle_bytes=1, max_restarts=1)
     samples = launch("samples")
     first = cared.start_ready(samples)
     for _ in range(20):
@@ -251,14 +251,14 @@ def test_an_agent_is_started_again_until_its_work_is_done(care, tmp_path):
 
 
 def test_an_agent_that_ends_in_peace_before_its_work_is_done_is_started_again(care, tmp_path):
-    cared = care(restarts=1)
+    cared = care(max_restarts=1)
     cared.supervisor.start(agent("pass"), lambda: False)
     with pytest.raises(RestartsExhausted, match="agent ended with exit code 0 without a word"):
         cared.look_until(lambda: False)
 
 
 def test_an_agent_that_fails_after_its_work_was_written_is_started_again(care):
-    cared = care(restarts=1)
+    cared = care(max_restarts=1)
     cared.supervisor.start(agent("raise SystemExit(3)"), lambda: True)
     cared.look_until(lambda: cared.noted)
     assert not cared.supervisor.is_over("agent")

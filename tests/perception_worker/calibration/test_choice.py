@@ -31,9 +31,9 @@ class TestOpen:
         "config",
         [
             replace(OURS, lifting="mean"),
-            replace(OURS, rows=256),
+            replace(OURS, input_height=256),
             replace(OURS, look="track"),
-            replace(OURS, look="track", rows=240, columns=320),
+            replace(OURS, look="track", input_height=240, input_width=320),
             replace(OURS, peak_threshold=0.2),
             replace(OURS, network="another.onnx"),
             replace(OURS, network="movenet_thunder"),
@@ -55,6 +55,6 @@ class TestOpen:
 
 
 def test_what_is_left_to_the_network_is_the_same_setting_as_its_own_values():
-    assert setting_of(replace(OURS, rows=240, columns=320, peak_threshold=0.1)) == SETTING
+    assert setting_of(replace(OURS, input_height=240, input_width=320, peak_threshold=0.1)) == SETTING
     assert setting_of(OURS) == SETTING
-    assert setting_of(replace(TRACKS, region_rows=176, region_columns=120)) == setting_of(TRACKS)
+    assert setting_of(replace(TRACKS, region_height=176, region_width=120)) == setting_of(TRACKS)

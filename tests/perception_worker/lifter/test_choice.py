@@ -26,7 +26,7 @@ def test_reads_the_file_that_is_named(file):
 
 
 @pytest.mark.parametrize(
-    "other", [{"region_rows": 192}, {"look": "whole"}, {"network": "movenet_thunder"}, {"peak_threshold": 0.3}]
+    "other", [{"region_height": 192}, {"look": "whole"}, {"network": "movenet_thunder"}, {"peak_threshold": 0.3}]
 )
 def test_refuses_one_that_was_fitted_behind_another_network_or_at_another_size(file, other):
     with pytest.raises(InvalidConfig, match=r"was fitted behind .* this worker has"):
@@ -50,7 +50,7 @@ def test_a_bit_that_has_changed_is_noticed(file):
 
 
 def test_where_none_fits_the_surface_in_front_is_taken():
-    other = replace(TRACKS, region_rows=192)
+    other = replace(TRACKS, region_height=192)
     assert open_lifter(other) is None
     assert with_lifter_at_hand(other).lifting == "nearest"
 

@@ -305,7 +305,7 @@ class TestRealNetwork:
     def test_a_closer_look_sees_a_person_who_is_too_far_for_the_whole_frame(self, frame, astronaut):
         rgb = np.full((960, 1280, 3), 128, np.uint8)
         rgb[400:560, 700:860] = cv2.resize(astronaut, (160, 160), interpolation=cv2.INTER_AREA)
-        config = replace(settled(PerceptionConfig(), "vantage"), rows=240, columns=320)
+        config = replace(settled(PerceptionConfig(), "vantage"), input_height=240, input_width=320)
         once, twice = (
             Perceiver(open_look(replace(config, look=look)), config).perceive(frame(rgb), NOBODY_KNOWN).keypoints
             for look in ("whole", "track")

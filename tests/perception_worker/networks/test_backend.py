@@ -20,7 +20,7 @@ BOTH = pytest.mark.parametrize("backend", ["openvino", "onnxruntime"])
 
 @pytest.fixture
 def config(tiny_onnx):
-    return PerceptionConfig(network=str(tiny_onnx), rows=64, columns=96)
+    return PerceptionConfig(network=str(tiny_onnx), input_height=64, input_width=96)
 
 
 @pytest.fixture
@@ -137,11 +137,11 @@ class TestSize:
 
     def test_of_a_network_of_one_size_can_be_no_other(self):
         with pytest.raises(InvalidConfig, match=r"movenet_thunder takes images of 256×256 and no others"):
-            open_network(PerceptionConfig(network="movenet_thunder", rows=240, columns=320))
+            open_network(PerceptionConfig(network="movenet_thunder", input_height=240, input_width=320))
 
     def test_is_told_before_the_network_is_opened(self, tiny_onnx):
         assert input_size(PerceptionConfig()) == (240, 320)
-        assert input_size(PerceptionConfig(rows=256)) == (256, 320)
+        assert input_size(PerceptionConfig(input_height=256)) == (256, 320)
         assert input_size(PerceptionConfig(network="movenet_lightning")) == (192, 192)
         assert input_size(PerceptionConfig(network=str(tiny_onnx))) is None
 
@@ -153,8 +153,8 @@ class TestSearch:
         assert (quick_search_size(self.TRACK), input_size(self.TRACK)) == ((240, 320), (320, 424))
 
     def test_is_at_the_named_size_alone(self, tiny_onnx):
-        assert quick_search_size(replace(self.TRACK, rows=320)) is None
-        assert quick_search_size(replace(self.TRACK, columns=160)) is None
+        assert quick_search_size(replace(self.TRACK, input_height=320)) is None
+        assert quick_search_size(replace(self.TRACK, input_width=160)) is None
         assert quick_search_size(replace(self.TRACK, network="movenet_lightning")) is None
         assert quick_search_size(replace(self.TRACK, network=str(tiny_onnx))) is None
 
@@ -183,7 +183,9 @@ class TestKnownName:
 class TestNotFinite:
     @BOTH
     def test_heatmaps_are_an_error_and_no_pose(self, nan_onnx, image, backend):
-        network = open_network(PerceptionConfig(network=str(nan_onnx), rows=64, columns=96, backend=backend))
+        network = open_network(
+            PerceptionConfig(network=str(nan_onnx), input_height=64, input_width=96, backend=backend)
+        )
         with pytest.raises(InvalidOutput, match=re.escape("nan.onnx gave heatmaps that are not finite")):
             network.infer(image)
 
