@@ -28,7 +28,7 @@ train: setup ## train on real renders and print the evaluation (CONFIG=configs/q
 	$(BIN)/orchestrator train $(CONFIG)
 
 test: setup ## every test, real processes included
-	@# Side by side those that wait for no process of their own; what kills and times processes has the machine to itself.
+	@# Tests that start no process of their own run side by side; those that kill and time processes run alone.
 	$(BIN)/python -m pytest -m "not slow and not docker" --numprocesses auto --maxprocesses 2 --dist worksteal
 	$(BIN)/python -m pytest -m "slow and not docker"
 

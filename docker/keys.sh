@@ -1,7 +1,7 @@
 #!/bin/sh
-# Keys for a deployment, and a folder for each role: what a machine gets is its role's folder, a key and the list of all.
+# Keys for a deployment, and a folder for each role: a machine gets its role's folder, with a key and the list of all.
 #   keys              make what is missing
-#   keys revoke NAME  or whatever else `orchestrator keys` knows; then every folder gets the new list
+#   keys revoke NAME  or any other command of `orchestrator keys`; then every folder gets the new list
 set -eu
 folder=/keys
 roles="render perception agent orchestrator"
@@ -16,7 +16,7 @@ fi
 for role in $roles; do
     mkdir -p "$folder/$role"
     [ -f "$folder/$role/$role.key" ] || cp "$folder/$role.key" "$folder/$role/$role.key"
-    # Renamed into place: whoever reads the list while we write sees the old one or the new one.
+    # Renamed into place: a process that reads the list meanwhile sees the old one or the new one.
     cp "$folder/allowed.json" "$folder/$role/.allowed.json"
     chown "$owner" "$folder/$role/$role.key" "$folder/$role/.allowed.json"
     mv "$folder/$role/.allowed.json" "$folder/$role/allowed.json"
