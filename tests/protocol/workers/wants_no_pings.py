@@ -1,4 +1,4 @@
-"""Wants a heartbeat in three hundred years, the longest that can be said, and answers whatever is asked with a welcome."""
+"""Wants its first ping in three hundred years, the longest that can be said, and answers with a welcome to all."""
 
 import msgspec
 from bare_worker import open_worker, pong, welcome
