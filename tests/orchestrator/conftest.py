@@ -16,7 +16,7 @@ from protocol.config import RunConfig
 from protocol.messages import Role
 
 ROOMS = Path(__file__).parent / "rooms"
-PATIENCE = 30.0
+PATIENCE = 120.0
 
 
 @pytest.fixture
