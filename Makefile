@@ -28,9 +28,10 @@ train: setup ## train on real renders and print the evaluation (CONFIG=configs/q
 	$(BIN)/orchestrator train $(CONFIG)
 
 test: setup ## every test, real processes included
-	@# Tests that start no process of their own run side by side; those that kill and time processes run alone.
+	@# The slow tests mostly wait for processes, so more of them run side by side than there are cores. A file's tests share
+	@# their workers and stay together.
 	$(BIN)/python -m pytest -m "not slow and not docker" --numprocesses auto --maxprocesses 2 --dist worksteal
-	$(BIN)/python -m pytest -m "slow and not docker"
+	$(BIN)/python -m pytest -m "slow and not docker" --numprocesses 4 --dist loadfile --durations 10
 
 test-docker: setup ## images, compose and containers on a real engine, if one can be had
 	$(BIN)/python -m pytest -m docker -rs tests/docker
