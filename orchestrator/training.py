@@ -22,7 +22,6 @@ from orchestrator.run.run_directory import RunDirectory
 from orchestrator.run.run_log import run_log
 from orchestrator.run.socket_directory import run_sockets, sockets_of
 from orchestrator.session import Session
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import AGENT_PATIENCE, WORKER_PATIENCE, Fleet, end_processes
 from orchestrator.supervision.launch import (
     TRAINING,
@@ -41,6 +40,7 @@ from orchestrator.supervision.worker_process import WorkerProcess
 from protocol.errors import VantageError
 from protocol.messages import Role
 from protocol.system.refusal import reason
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)

@@ -12,10 +12,10 @@ from orchestrator.chaos.progress_log import ProgressLog
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.run.run_directory import RunDirectory, resolved_toml
 from orchestrator.run.versions import collect_versions
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 from protocol.config import RunConfig
 from protocol.config_file import load_config, with_checksums
+from protocol.system.stop_request import StopRequest
 
 SOURCES = {".py", ".vert", ".frag"}
 ROOMS = ("protocol", "render_worker", "perception_worker", "agent", "orchestrator")

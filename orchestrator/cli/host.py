@@ -18,9 +18,9 @@ from orchestrator.hosting.host import HostOrder
 from orchestrator.hosting.host import host as serve_host
 from orchestrator.hosting.host_display import open_host_display
 from orchestrator.monitoring.telemetry import host_telemetry
-from orchestrator.stop_request import stop_on_signals
 from orchestrator.terminal.console import open_console
 from protocol.security.options import security_from
+from protocol.system.stop_request import stop_on_signals
 
 host_app = typer.Typer()
 

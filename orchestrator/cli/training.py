@@ -21,7 +21,7 @@ from orchestrator.cli.options import (
     endpoint,
     examples,
 )
-from orchestrator.errors import HostNotTold, Interrupted
+from orchestrator.errors import HostNotTold
 from orchestrator.hosting.joining import join_of
 from orchestrator.monitoring.report import report_view, training_report
 from orchestrator.monitoring.telemetry import run_telemetry
@@ -30,7 +30,7 @@ from orchestrator.run.versions import collect_versions
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 from orchestrator.terminal.output import print_json, show
 from protocol.config_file import for_a_run, load_config
-from protocol.errors import InvalidInput
+from protocol.errors import Interrupted, InvalidInput
 from protocol.text import readable
 
 training_app = typer.Typer()

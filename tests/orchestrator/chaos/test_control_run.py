@@ -3,11 +3,12 @@ import pytest
 
 from orchestrator.chaos.control_run import control_run, identity
 from orchestrator.chaos.errors import RehearsalFailed
-from orchestrator.errors import Interrupted, RunBusy
+from orchestrator.errors import RunBusy
 from orchestrator.run.run_directory import RunDirectory, resolved_toml
-from orchestrator.stop_request import StopRequest
 from protocol.config import RunConfig
+from protocol.errors import Interrupted
 from protocol.records import Phase, Progress, Summary
+from protocol.system.stop_request import StopRequest
 
 CONFIG = RunConfig(seed=5)
 SUMMARY = Summary(
