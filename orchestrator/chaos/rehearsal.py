@@ -54,8 +54,8 @@ def rehearse(order: Order, display: Display, stop: StopRequest) -> ChaosReport:
     """
     begun = time.monotonic()
     show = Shown(display, "flying without faults, to compare with")
-    control = control_run(order.config, order.runs, stop, show)
     config = load_config(order.config)
+    control = control_run(order.config, config, order.runs, stop, show)
     drones = config.environment.num_envs
     schedule = plan(order.seed, order.faults, tuple(order.scenarios), control.steps, drones=drones)
     touched = order.runs / f"seed-{order.seed}-{datetime.now():%Y%m%d-%H%M%S}"

@@ -36,10 +36,10 @@ def evaluate(
 ) -> None:
     """Fly a trained policy and the baselines over the same test scenes, and print how each did."""
     directory = RunDirectory.open(run)
-    directory.require_as_it_was()
+    config = directory.verified_config()
     with at_work() as (display, stop):
         what = Evaluate(episodes=episodes, policies=tuple(policy or ()))
-        training.evaluate(directory, what, display=display, stop=stop)
+        training.evaluate(directory, config, what, display=display, stop=stop)
     evaluation = directory.evaluation()
     if evaluation is None:
         raise RunError(f"the agent left no whole {directory.evaluation_path}")

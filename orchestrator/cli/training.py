@@ -85,12 +85,13 @@ def train(
         run_telemetry(endpoint(http, http_token), readable(path.name), display) as monitors,
     ):
         if or_resume and path.exists():
-            directory, go_on = RunDirectory.open_for(path, settings), training.resume
+            directory, go_on = RunDirectory.open(path), training.resume
+            settings = directory.config_matching(settings)
             _require_planned(directory, evaluate)
         else:
             plan = Plan(evaluate=evaluate is not False)
             directory = RunDirectory.create(path, settings, collect_versions(PROCESS_ENVIRONMENT), plan)
-        ending = _ending_of(lambda: go_on(directory, monitors=monitors, stop=stop, join=joining))
+        ending = _ending_of(lambda: go_on(directory, settings, monitors=monitors, stop=stop, join=joining))
     _print_training(directory, json, ending)
 
 
@@ -117,9 +118,9 @@ def resume(
     directory = RunDirectory.open(run)
     joining = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
     served = endpoint(http, http_token)
-    directory.require_as_it_was()
+    settings = directory.verified_config()
     with at_work() as (display, stop), run_telemetry(served, directory.name, display) as monitors:
-        ending = _ending_of(lambda: training.resume(directory, monitors=monitors, stop=stop, join=joining))
+        ending = _ending_of(lambda: training.resume(directory, settings, monitors=monitors, stop=stop, join=joining))
     _print_training(directory, json, ending)
 
 

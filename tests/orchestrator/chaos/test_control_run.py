@@ -29,7 +29,7 @@ def ask(tmp_path):
     def ask():
         path, stop = tmp_path / "c.toml", StopRequest()
         path.write_bytes(resolved_toml(CONFIG))
-        return control_run(path, tmp_path / "runs", stop, lambda _: stop.ask())
+        return control_run(path, CONFIG, tmp_path / "runs", stop, lambda _: stop.ask())
 
     return ask
 
