@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from orchestrator.hosting.remote_workers import NOBODY_ELSEWHERE, RemoteWorkers
+from orchestrator.hosting.remote_workers import NO_REMOTE_WORKERS, RemoteWorkers
 from orchestrator.monitoring.live_display import Display, FrameCount, Snapshot
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.launch import Launch
@@ -16,7 +16,7 @@ from protocol.errors import DeadlineExceeded, Interrupted
 from protocol.records import Progress
 from protocol.system.stop_request import StopRequest
 
-LOOK = 0.05
+POLL = 0.05
 """Seconds between two looks at the processes."""
 SHOW = 0.2
 """Seconds between two pictures for people."""
@@ -39,7 +39,7 @@ class Session:
         stop: StopRequest,
         progress: Callable[[], Progress | None] = lambda: None,
         log: Path | None = None,
-        remote_workers: RemoteWorkers = NOBODY_ELSEWHERE,
+        remote_workers: RemoteWorkers = NO_REMOTE_WORKERS,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._fleet = fleet
@@ -64,16 +64,16 @@ class Session:
         """Start workers side by side and wait until each says that it can work.
 
         Raises:
-            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.look`.
+            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.poll`.
             Interrupted: somebody asked to stop.
         """
         for launch in launches:
             self.start(launch)
         while waiting := [launch.name for launch in launches if not self._supervisor.is_ready(launch.name)]:
             self._stop.check()
-            self._supervisor.look()
+            self._supervisor.poll()
             self._show(f"waiting for {', '.join(waiting)}")
-            self._stop.sleep(LOOK)
+            self._stop.sleep(POLL)
 
     def wait_for_others(self, startup: float) -> None:
         """Wait until those who are elsewhere can work, `startup` seconds in all.
@@ -88,19 +88,19 @@ class Session:
             if self._clock() >= deadline:
                 raise DeadlineExceeded(f"waited {startup:g} s (timeouts.startup) in vain for {waiting}{self._others()}")
             self._stop.check()
-            self._supervisor.look()
+            self._supervisor.poll()
             self._show(f"waiting for {waiting}")
-            self._stop.sleep(LOOK)
+            self._stop.sleep(POLL)
 
     def run(self, launch: Launch, activity: str, is_done: IsDone) -> None:
         """Have an agent work until its work is done; it may have been started before.
 
         Raises:
-            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.look`.
+            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.poll`.
             Interrupted: somebody asked to stop; the agent has written what it had.
         """
         self._said_before = self._progress()
-        if not self._supervisor.cares_for(launch.name):
+        if not self._supervisor.supervises(launch.name):
             self.start(launch, is_done)
         while not self._supervisor.is_over(launch.name):
             if self._stop.is_asked:
@@ -108,17 +108,17 @@ class Session:
                 self._fleet.stop_agents()
                 raise Interrupted(f"{activity} was stopped on request")
             self._remote_workers.check()
-            self._supervisor.look()
+            self._supervisor.poll()
             self._show(activity)
-            self._stop.sleep(LOOK)
+            self._stop.sleep(POLL)
         self._supervisor.release(launch.name)
         self._show(activity, at_once=True)
 
-    def attend(self, activity: str, progress: FrameCount | None = None) -> None:
+    def check_workers(self, activity: str, progress: FrameCount | None = None) -> None:
         """Look after the workers once, while somebody waits for what they answer; errors as `start_workers`."""
         self._stop.check()
         self._remote_workers.check()
-        self._supervisor.look()
+        self._supervisor.poll()
         self._show(activity, progress=progress)
 
     def _show(self, activity: str, *, at_once: bool = False, progress: FrameCount | None = None) -> None:

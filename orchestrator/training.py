@@ -14,7 +14,7 @@ from msgspec import Struct
 
 from orchestrator.errors import RunBusy
 from orchestrator.hosting.joining import Join, JoinedHost, dismiss
-from orchestrator.hosting.remote_workers import NOBODY_ELSEWHERE
+from orchestrator.hosting.remote_workers import NO_REMOTE_WORKERS
 from orchestrator.monitoring.live_display import Display, Snapshot
 from orchestrator.monitoring.telemetry import Monitors
 from orchestrator.run.ending import Ending, ending_by
@@ -32,7 +32,7 @@ from orchestrator.supervision.launch import (
     training_launch,
     worker_launches,
 )
-from orchestrator.supervision.left_behind import Found, LeftBehind
+from orchestrator.supervision.orphans import Orphan, Orphans
 from orchestrator.supervision.registry import Registry, serve_registry
 from orchestrator.supervision.supervised_process import IsDone
 from orchestrator.supervision.supervisor import Supervisor
@@ -99,9 +99,9 @@ def train(
     with _at_work(run) as sockets:
         plan = _plan_to_finish(run, config, sockets, join)
         # Who serves at our sockets now was started on another run of this path, and has loaded what that was told.
-        left_behind = LeftBehind((), (*plan.workers, *plan.agents), ())
+        orphans = Orphans((), (*plan.workers, *plan.agents), ())
         with _noting_its_end(run, join):
-            _perform(run, sockets, plan, left_behind, monitors, stop)
+            _perform(run, sockets, plan, orphans, monitors, stop)
         _dismiss(config, join, monitors.display, stop)
 
 
@@ -121,7 +121,7 @@ def resume(
     with _at_work(run) as sockets:
         plan = _plan_to_finish(run, config, sockets, join)
         with _noting_its_end(run, join) if plan.jobs else nullcontext():
-            _perform(run, sockets, plan, _left_behind(run, plan), monitors, stop)
+            _perform(run, sockets, plan, _orphans_of(run, plan), monitors, stop)
         _dismiss(config, join, monitors.display, stop)
 
 
@@ -138,11 +138,11 @@ def evaluate(run: RunDirectory, config: RunConfig, what: Evaluate, *, display: D
         before = run.evaluation()
         job = Job(evaluation, "evaluation", lambda: run.is_evaluated_since(before))
         plan = LaunchPlan(config, workers, (training, evaluation), (job,))
-        left_behind = _left_behind(run, plan)
-        if any(found.launch.name == TRAINING for found in left_behind.in_the_way):
+        orphans = _orphans_of(run, plan)
+        if any(found.launch.name == TRAINING for found in orphans.unwanted):
             resumption = f"'orchestrator resume {run.path}'"
             raise RunBusy(f"the training of {run.path} goes on without its orchestrator; take it up by {resumption}")
-        _perform(run, sockets, plan, left_behind, Monitors(display), stop)
+        _perform(run, sockets, plan, orphans, Monitors(display), stop)
 
 
 @contextmanager
@@ -155,7 +155,7 @@ def _at_work(run: RunDirectory) -> Generator[Path]:
 def _is_over(run: RunDirectory, config: RunConfig, join: Join | None) -> bool:
     """Whether nothing is to be done and nobody to be ended: then looking is enough, and needs no right to write."""
     plan = _plan_to_finish(run, config, sockets_of(run.path), join)
-    return not plan.jobs and not _left_behind(run, plan).in_the_way
+    return not plan.jobs and not _orphans_of(run, plan).unwanted
 
 
 def _plan_to_finish(run: RunDirectory, config: RunConfig, sockets: Path, join: Join | None) -> LaunchPlan:
@@ -179,8 +179,8 @@ def _workers_and_training(
     return workers, training_launch(run.path, workers, sockets)
 
 
-def _left_behind(run: RunDirectory, plan: LaunchPlan) -> LeftBehind:
-    return LeftBehind(run.processes(), (*plan.workers, *plan.agents), plan.adoptable())
+def _orphans_of(run: RunDirectory, plan: LaunchPlan) -> Orphans:
+    return Orphans(run.processes(), (*plan.workers, *plan.agents), plan.adoptable())
 
 
 @contextmanager
@@ -207,15 +207,15 @@ def _note(run: RunDirectory, ending: Ending) -> None:
 
 
 def _perform(
-    run: RunDirectory, sockets: Path, plan: LaunchPlan, left_behind: LeftBehind, monitors: Monitors, stop: StopRequest
+    run: RunDirectory, sockets: Path, plan: LaunchPlan, orphans: Orphans, monitors: Monitors, stop: StopRequest
 ) -> None:
     """Do the jobs, one after the other, with the same workers."""
-    _end(left_behind, run.logs, stop)
+    _end(orphans, run.logs, stop)
     if not plan.jobs:
         return
-    with _session(run, sockets, plan, left_behind, monitors, stop) as session:
+    with _session(run, sockets, plan, orphans, monitors, stop) as session:
         first = plan.jobs[0]
-        if left_behind.has(first.launch):
+        if orphans.has(first.launch):
             # Before anything can go wrong or be stopped: whoever is in care is brought to its end with the others.
             session.start(first.launch, first.is_done)
         session.start_workers(plan.workers)
@@ -229,7 +229,7 @@ def _session(
     run: RunDirectory,
     sockets: Path,
     plan: LaunchPlan,
-    left_behind: LeftBehind,
+    orphans: Orphans,
     monitors: Monitors,
     stop: StopRequest,
 ) -> Generator[Session]:
@@ -237,7 +237,7 @@ def _session(
     config, join = plan.config, plan.join
     timeouts = Timeouts.from_config(config.timeouts)
     with ExitStack() as held:
-        remote_workers = NOBODY_ELSEWHERE if join is None else held.enter_context(JoinedHost(join, run.name, timeouts))
+        remote_workers = NO_REMOTE_WORKERS if join is None else held.enter_context(JoinedHost(join, run.name, timeouts))
         registry = Registry(timeouts.liveness, beyond=remote_workers.lookup)
         held.enter_context(serve_registry(registry, registry_address(sockets), timeouts, monitors.registry))
         fleet = held.enter_context(Fleet(run.logs, stop, run.write_processes, sockets=sockets))
@@ -248,7 +248,7 @@ def _session(
                 timeouts,
                 registry=registry,
                 progress=run.progress,
-                left_behind=left_behind,
+                orphans=orphans,
                 past=run.restarts(),
                 on_restart=run.note_restart,
                 lacks=remote_workers.lacks,
@@ -269,14 +269,14 @@ def _dismiss(config: RunConfig, join: Join | None, display: Display, stop: StopR
     dismiss(join, Timeouts.from_config(config.timeouts), show, stop)
 
 
-def _end(left_behind: LeftBehind, logs: Path, stop: StopRequest) -> None:
+def _end(orphans: Orphans, logs: Path, stop: StopRequest) -> None:
     """End what an earlier orchestrator left and nobody needs: agents first, as ever."""
-    agents = [found for found in left_behind.in_the_way if found.launch.role is Role.AGENT]
-    others = [found for found in left_behind.in_the_way if found.launch.role is not Role.AGENT]
+    agents = [found for found in orphans.unwanted if found.launch.role is Role.AGENT]
+    others = [found for found in orphans.unwanted if found.launch.role is not Role.AGENT]
     for found, patience in ((agents, AGENT_PATIENCE), (others, WORKER_PATIENCE)):
         end_processes([_process(one, logs) for one in found], patience, stop)
 
 
-def _process(found: Found, logs: Path) -> WorkerProcess:
+def _process(found: Orphan, logs: Path) -> WorkerProcess:
     _log.warning("%s was left behind, as process %d, and is ended", found.launch.name, found.process.pid)
     return WorkerProcess.adopt(found.launch, found.process, logs / f"{found.launch.name}.jsonl", found.log_start)

@@ -25,7 +25,7 @@ from protocol.messages import Role
 from protocol.system.process_start import process_start
 from protocol.system.stop_request import StopRequest
 
-LOOK_EVERY = 0.05
+POLL = 0.05
 PATIENCE = 300.0
 """Seconds within which a run has to be as it should be again; a busy machine takes long to start a worker."""
 LAST_BREATH = 60.0
@@ -122,7 +122,7 @@ class RehearsedRun:
         """Seconds of the clock that the agent's progress goes by, which nobody sets."""
         return time.monotonic()
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """Take in how the run is.
 
         Raises:
@@ -143,19 +143,19 @@ class RehearsedRun:
         Raises:
             NotRecovered: it did not in time.
             RunEnded: the run came to its end before.
-            RehearsalFailed, Interrupted: as `look` does.
+            RehearsalFailed, Interrupted: as `poll` does.
         """
         deadline = time.monotonic() + patience
         while True:
             over = self.is_over
-            self.look()
+            self.poll()
             if until():
                 return
             if over:
                 raise RunEnded(f"the run ended before {what}")
             if time.monotonic() > deadline:
                 raise NotRecovered(f"{what} has not come within {patience:g} s")
-            self._stop.sleep(LOOK_EVERY)
+            self._stop.sleep(POLL)
 
     def sleep(self, seconds: float) -> None:
         """Watch the run for a while."""
@@ -165,8 +165,8 @@ class RehearsedRun:
     def finish(self) -> None:
         """Wait for the end of the run, however long it takes."""
         while not self.is_over:
-            self.look()
-            self._stop.sleep(LOOK_EVERY)
+            self.poll()
+            self._stop.sleep(POLL)
         self.progress.read()
 
     def member(self, role: Role, chance: float) -> ProcessRecord:
@@ -178,7 +178,7 @@ class RehearsedRun:
     def successor(self, process: ProcessRecord) -> ProcessRecord | None:
         """Who runs under the process's name in its place."""
         same_name = (other for other in self.children.alive() if other.name == process.name)
-        return next((other for other in same_name if other.life != process.life), None)
+        return next((other for other in same_name if other.identity != process.identity), None)
 
     def stop_in_order(self) -> None:
         """Have the orchestrator stop the run as Ctrl-C would."""

@@ -27,7 +27,7 @@ host_app = typer.Typer()
 
 @host_app.command(
     epilog=examples(
-        "orchestrator host --key hub.key",
+        "orchestrator host --key host.key",
         "orchestrator host --bind tcp://127.0.0.1:5600 --http 8000 --stay",
     )
 )

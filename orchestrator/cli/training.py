@@ -41,7 +41,7 @@ training_app = typer.Typer()
         "orchestrator train configs/quickstart.toml",
         "orchestrator train configs/full.toml --run runs/monday",
         "orchestrator train configs/quickstart.toml --json > report.json",
-        "orchestrator train configs/full.toml --join tcp://hub:5600 --key trainer.key --run runs/monday --or-resume",
+        "orchestrator train configs/full.toml --join tcp://host:5600 --key trainer.key --run runs/monday --or-resume",
     )
 )
 def train(

@@ -30,7 +30,7 @@ from protocol.timeouts import Timeouts
 AHEAD = 3
 """Requests under way to each worker; one more than it works on, so that it never waits for us."""
 
-LOOK = 0.1
+POLL = 0.1
 """Seconds between two looks at the workers; one costs a millisecond."""
 
 PERCEIVERS_PER_RENDERER = 2
@@ -68,25 +68,25 @@ class WorkerPools:
         self.perceivers = perceivers
         self._session = session
         self._clock = clock
-        self._looked = -math.inf
+        self._polled = -math.inf
 
-    def attend(self, activity: str, rate: Rate | None = None) -> None:
+    def check_workers(self, activity: str, rate: Rate | None = None) -> None:
         """Look after the workers and show how far we are, unless that was done a moment ago.
 
         Raises:
             Interrupted: somebody asked to stop.
-            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.look`.
+            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.poll`.
         """
-        if self._clock() - self._looked < LOOK:
+        if self._clock() - self._polled < POLL:
             return
-        self._looked = self._clock()
-        self._session.attend(activity, None if rate is None else rate.count)
+        self._polled = self._clock()
+        self._session.check_workers(activity, None if rate is None else rate.count)
 
     def wait_for(self, pending: Pending[ReplyT], activity: str, rate: Rate | None = None) -> ReplyT:
-        """The answer; errors as `attend`, and those of the call itself."""
-        self.attend(activity, rate)
-        while not wait([pending], timeout=LOOK).done:
-            self.attend(activity, rate)
+        """The answer; errors as `check_workers`, and those of the call itself."""
+        self.check_workers(activity, rate)
+        while not wait([pending], timeout=POLL).done:
+            self.check_workers(activity, rate)
         return pending.result()
 
     def answers(

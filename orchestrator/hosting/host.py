@@ -22,7 +22,7 @@ from protocol.server.server import Handlers
 from protocol.system.stop_request import StopRequest
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 
-LOOK = 0.1
+POLL = 0.1
 SHOW = 0.5
 GOODBYE = 30.0
 """Seconds that workers are given to finish what is in hand and to fall silent."""
@@ -97,15 +97,15 @@ def host(order: HostOrder, *, display: Display, stop: StopRequest, observer: Obs
     timeouts = order.timeouts
     table = HostTable(Registry(timeouts.liveness), JoinedRuns(timeouts.liveness, timeouts.grace), stay=order.stay)
     with serve_registry(table, order.bind, timeouts, observer, order.security) as check:
-        watch = HostWatch(table, f"host at {order.bind}", display, timeouts.liveness)
-        while not stop.is_asked and not watch.look():
+        monitor = HostMonitor(table, f"host at {order.bind}", display, timeouts.liveness)
+        while not stop.is_asked and not monitor.poll():
             check()
-            stop.sleep(LOOK)
+            stop.sleep(POLL)
         if stop.is_asked:
             _log.info("stopped on request; whoever is registered waits %g s for the next host", timeouts.grace)
 
 
-class HostWatch:
+class HostMonitor:
     """Shows who is there, and sees when the host is to end.
 
     Args:
@@ -129,7 +129,7 @@ class HostWatch:
         self._shown = -math.inf
         self._over_since: float | None = None
 
-    def look(self) -> bool:
+    def poll(self) -> bool:
         """Look at the table; returns whether all is over and nobody has to be waited for."""
         if not self._table.is_over():
             self._over_since = None

@@ -29,7 +29,7 @@ from protocol.transport.address import host_of
 NEEDED = (Role.RENDER, Role.PERCEPTION)
 """Of whom a run needs one at work."""
 
-LOOK = 0.1
+POLL = 0.1
 _FOR_EVER = 1e9
 _ASK_AGAIN = 5.0
 _HOPELESS = (NotPermitted, VersionMismatch, WrongRole)
@@ -197,7 +197,7 @@ def dismiss(join: Join, timeouts: Timeouts, show: Callable[[str], None], stop: S
             while not pending.done():
                 stop.check()
                 show(f"telling the host at {join.address} that the run is done")
-                stop.sleep(LOOK, until=pending.done)
+                stop.sleep(POLL, until=pending.done)
             pending.result()
     except VantageError as error:
         raise HostNotTold(f"{told}: {error}") from error

@@ -52,5 +52,5 @@ class _Nobody:
         return False
 
 
-NOBODY_ELSEWHERE: RemoteWorkers = _Nobody()
+NO_REMOTE_WORKERS: RemoteWorkers = _Nobody()
 """For a run whose processes are all started here."""

@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from orchestrator.monitoring.live_display import Display
-from orchestrator.pictures.scene_page import scene_sheet
+from orchestrator.pictures.scene_page import draw_scene_page
 from orchestrator.pictures.worker_pair import worker_pair
 from protocol.arrays import UInt8Array
 from protocol.artifact import whole_file
@@ -193,7 +193,7 @@ def scene_page(
         f"identity {scene.identity}, pose {scene.pose.kind}{others}; the camera {viewpoint.distance:g} m away, "
         f"{viewpoint.angle:g}° from the front, {viewpoint.altitude:g} m high"
     )
-    return scene_sheet(f"Scene {seed} ({look.split})", subtitle, frame, observation, scene.yaw)
+    return draw_scene_page(f"Scene {seed} ({look.split})", subtitle, frame, observation, scene.yaw)
 
 
 def write_picture(path: Path, pixels: UInt8Array) -> None:

@@ -61,7 +61,7 @@ class ProcessRecord(Struct, frozen=True, kw_only=True):
     started_at: ProcessStart | None = None
 
     @property
-    def life(self) -> tuple[int, ProcessStart | float]:
+    def identity(self) -> tuple[int, ProcessStart | float]:
         """What no other process has in common with it: its number and its start."""
         return self.pid, self.started if self.started_at is None else self.started_at
 

@@ -164,7 +164,7 @@ def test_a_killed_run_goes_on_by_the_same_command_and_its_agent_is_taken_up(site
     run.communicate(timeout=PATIENCE)
     told = report(site.train())
     assert (told["steps"], told["restarts"]) == (600, {})
-    assert f"took agent up, as process {agent}" in site.run.orchestrator_log.read_text()
+    assert f"adopted agent, as process {agent}" in site.run.orchestrator_log.read_text()
     ends_well(host)
     are_dismissed(*workers)
 

@@ -35,7 +35,7 @@ class Children:
     def _read(self) -> tuple[ProcessRecord, ...]:
         records = self._run.processes()
         for record in records:
-            self._seen.setdefault(record.name, set()).add(record.life)
+            self._seen.setdefault(record.name, set()).add(record.identity)
         return records
 
 

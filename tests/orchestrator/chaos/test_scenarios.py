@@ -82,14 +82,14 @@ def test_a_worker_that_is_replaced_within_a_ping_is_quick_enough(rehearsed, star
     scenario = RestartWithinAPing(Role.RENDER, 0.0)
     rehearsed.timeouts = TimeoutsConfig(heartbeat=300.0)
     scenario.setup(rehearsed)
-    look, restarted = rehearsed.look, []
+    poll, restarted = rehearsed.poll, []
 
-    def look_and_restart():
-        look()
+    def poll_and_restart():
+        poll()
         if not restarted and not is_alive(first):
             restarted.append(start_worker())
 
-    rehearsed.look = look_and_restart
+    rehearsed.poll = poll_and_restart
     scenario.fault(rehearsed)
     assert restarted
     scenario.invariant(rehearsed)

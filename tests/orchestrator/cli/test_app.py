@@ -172,7 +172,7 @@ def test_a_configuration_that_is_not_there_exits_with_2(invoke):
     [
         (("--or-resume",), "it needs --run"),
         (("--key", "trainer.key"), "they need --join"),
-        (("--join", "tcp://hub:5600", "--key", "trainer.key", "--insecure"), "leave out --key, or --insecure"),
+        (("--join", "tcp://host:5600", "--key", "trainer.key", "--insecure"), "leave out --key, or --insecure"),
     ],
 )
 def test_options_that_make_no_sense_together_exit_with_2_before_a_run_is_made(invoke, tmp_path, options, said):
@@ -185,11 +185,11 @@ def test_options_that_make_no_sense_together_exit_with_2_before_a_run_is_made(in
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("train", "short.toml", "--join", "tcp://hub:5600"), "there is no key: make one by 'orchestrator keys new'"),
-        (("train", "short.toml", "--join", "hub"), "'hub' is no address"),
-        (("train", "short.toml", "--join", "tcp://hub:5600", "--key", "a.key"), "can't read the key"),
+        (("train", "short.toml", "--join", "tcp://host:5600"), "there is no key: make one by 'orchestrator keys new'"),
+        (("train", "short.toml", "--join", "nowhere"), "'nowhere' is no address"),
+        (("train", "short.toml", "--join", "tcp://host:5600", "--key", "a.key"), "can't read the key"),
         (("host",), "tcp://0.0.0.0:5600 can be reached from other machines, and there is no key"),
-        (("host", "--bind", "hub"), "'hub' is no address"),
+        (("host", "--bind", "nowhere"), "'nowhere' is no address"),
         (("host", "--key", "a.key"), "can't read the key"),
     ],
 )
@@ -204,7 +204,7 @@ def test_what_can_not_be_spoken_with_is_told_before_a_run_is_made(invoke, tmp_pa
 def test_a_number_of_workers_has_no_meaning_where_a_host_s_are_joined(invoke, tmp_path, command):
     if "flights" in command:
         ExperimentDirectory.open_for(tmp_path / "e", RunConfig(), ViewSet(frames=1))
-    done = invoke(*command, "--workers", "2", "--join", "tcp://hub:5600")
+    done = invoke(*command, "--workers", "2", "--join", "tcp://host:5600")
     assert (done.exit_code, "--workers are those that are started here" in done.stderr) == (2, True), done.stderr
     assert not (tmp_path / "runs").exists()
 
@@ -256,7 +256,7 @@ def test_a_run_that_is_not_there_is_said_to_be_so(invoke, arguments, said):
         ("view", "1", "--size", "big"),
         ("view", "1", "--bystanders", "9"),
         ("view", "1", "2", "--output", "a.png"),
-        ("host", "--key", "hub.key", "--insecure"),
+        ("host", "--key", "host.key", "--insecure"),
         ("host", "--allowed", "allowed.json"),
     ],
 )
