@@ -1,7 +1,7 @@
-"""The main job: a fleet of workers and an agent that trains on what they see, then flies its evaluation.
+"""Works on a run: a fleet of workers, and an agent that trains with them and then flies the evaluation.
 
-A run is always brought to its end from wherever it stands: a new one from nothing, one whose orchestrator was killed
-from the processes and files that it left. Where it joins a host, the agent is the only process that is started here.
+A run continues from its present state: a new one from the beginning, one whose orchestrator was killed from the
+processes and files that are left. In a run that joins a host, the agent is the only process that is started here.
 """
 
 import logging
@@ -48,7 +48,7 @@ _log = logging.getLogger(__name__)
 
 
 class Job(Struct, frozen=True, eq=False):
-    """An agent's work, what it is called for people, and when it is done."""
+    """The launch of an agent, the name of its work for display, and whether that is done."""
 
     launch: Launch
     activity: str
@@ -70,9 +70,9 @@ class LaunchPlan(Struct, frozen=True, eq=False):
     join: Join | None = None
 
     def adoptable(self) -> set[str]:
-        """The names of those that are needed now.
+        """The names of the launches whose orphans are adopted.
 
-        Of the agents only the first one: an evaluation that runs while training is missing flies other weights.
+        Of the agents only the first: an orphaned evaluation that runs before the training is done flies other weights.
         """
         return (
             {launch.name for launch in (*self.workers, *(job.launch for job in self.jobs[:1]))} if self.jobs else set()
@@ -82,46 +82,46 @@ class LaunchPlan(Struct, frozen=True, eq=False):
 def train(
     run: RunDirectory, config: RunConfig, *, monitors: Monitors, stop: StopRequest, join: Join | None = None
 ) -> None:
-    """Train on a new run, and fly its evaluation with the same workers if it is to have one.
+    """Train on a new run, and fly its evaluation with the same workers if one is planned.
 
     Args:
-        config: the run's, as it was made with it.
+        config: the configuration that the run was made with.
         join: a host whose workers do the work; without one, workers are started here.
 
     Raises:
-        ProcessFailed: a process ended that can't work, or ended too often.
+        ProcessFailed: a process ended that can never work, or ended too often.
         DeadlineExceeded: the workers were not ready in time.
-        Interrupted: somebody asked to stop; the agent wrote what it had learned, if it had begun.
-        NotPermitted, VersionMismatch, WrongRole: the host won't work with us.
-        HostLost: it is gone for too long.
-        HostNotTold: all is done, and it does not know.
+        Interrupted: the command was asked to stop; the agent wrote what it had learned, if it had begun.
+        NotPermitted, VersionMismatch, WrongRole: the host refuses us.
+        HostLost: the host was unreachable for too long.
+        HostNotTold: the run is done, and the host could not be told.
     """
     with _at_work(run) as sockets:
         plan = _plan_to_finish(run, config, sockets, join)
-        # Who serves at our sockets now was started on another run of this path, and has loaded what that was told.
+        # A process that serves at our sockets now belongs to an earlier run of this path, with another configuration.
         orphans = Orphans((), (*plan.workers, *plan.agents), ())
         with _noting_its_end(run, join):
-            _perform(run, sockets, plan, orphans, monitors, stop)
+            _do_jobs(run, sockets, plan, orphans, monitors, stop)
         _dismiss(config, join, monitors.display, stop)
 
 
 def resume(
     run: RunDirectory, config: RunConfig, *, monitors: Monitors, stop: StopRequest, join: Join | None = None
 ) -> None:
-    """Bring a run to its end from wherever it stands; nothing is done, nor written, where it is there already.
+    """Continue a run from its present state to its end; a finished run is neither worked on nor written to.
 
     Raises:
         RunBusy: an orchestrator works on it.
         Others: as `train` does.
     """
     if _is_over(run, config, join):
-        # Whoever did it may have been killed before it could say so.
+        # The orchestrator that finished it may have been killed before it told the host.
         _dismiss(config, join, monitors.display, stop)
         return
     with _at_work(run) as sockets:
         plan = _plan_to_finish(run, config, sockets, join)
         with _noting_its_end(run, join) if plan.jobs else nullcontext():
-            _perform(run, sockets, plan, _orphans_of(run, plan), monitors, stop)
+            _do_jobs(run, sockets, plan, _orphans_of(run, plan), monitors, stop)
         _dismiss(config, join, monitors.display, stop)
 
 
@@ -129,7 +129,7 @@ def evaluate(run: RunDirectory, config: RunConfig, what: Evaluate, *, display: D
     """Fly an evaluation of a run that was trained.
 
     Raises:
-        RunBusy: an orchestrator works on it, or its training goes on without one.
+        RunBusy: an orchestrator works on it, or its training continues without one.
         ProcessFailed, DeadlineExceeded, Interrupted: as `train` does.
     """
     with _at_work(run) as sockets:
@@ -141,25 +141,25 @@ def evaluate(run: RunDirectory, config: RunConfig, what: Evaluate, *, display: D
         orphans = _orphans_of(run, plan)
         if any(found.launch.name == TRAINING for found in orphans.unwanted):
             resumption = f"'orchestrator resume {run.path}'"
-            raise RunBusy(f"the training of {run.path} goes on without its orchestrator; take it up by {resumption}")
-        _perform(run, sockets, plan, orphans, Monitors(display), stop)
+            raise RunBusy(f"the training of {run.path} continues without an orchestrator; take it over by {resumption}")
+        _do_jobs(run, sockets, plan, orphans, Monitors(display), stop)
 
 
 @contextmanager
 def _at_work(run: RunDirectory) -> Generator[Path]:
-    """Be the only orchestrator that works on a run, with a log and a directory for sockets, which is given."""
+    """Be the only orchestrator that works on a run, with a log; yields the directory for its sockets."""
     with run.lock(), run_sockets(run.path) as sockets, run_log(run.orchestrator_log):
         yield sockets
 
 
 def _is_over(run: RunDirectory, config: RunConfig, join: Join | None) -> bool:
-    """Whether nothing is to be done and nobody to be ended: then looking is enough, and needs no right to write."""
+    """Whether there is no job to do and no orphan to end: such a run may be read-only."""
     plan = _plan_to_finish(run, config, sockets_of(run.path), join)
     return not plan.jobs and not _orphans_of(run, plan).unwanted
 
 
 def _plan_to_finish(run: RunDirectory, config: RunConfig, sockets: Path, join: Join | None) -> LaunchPlan:
-    """What it takes to bring a run to its end."""
+    """The launches and jobs that finish a run."""
     workers, training = _workers_and_training(run, config, sockets, join)
     evaluation = evaluation_launch(run.path, workers, sockets, Evaluate(), join.options if join else ())
     jobs: list[Job] = []
@@ -185,7 +185,7 @@ def _orphans_of(run: RunDirectory, plan: LaunchPlan) -> Orphans:
 
 @contextmanager
 def _noting_its_end(run: RunDirectory, join: Join | None) -> Generator[None]:
-    """Work on a run, whose end is written down and, where it came before all was done, told with how to go on."""
+    """Work on a run and record how that ended; an error gets a note that says how to continue."""
     run.begin()
     try:
         yield
@@ -193,7 +193,7 @@ def _noting_its_end(run: RunDirectory, join: Join | None) -> Generator[None]:
         _note(run, ending_by(error, time.time()))
         if isinstance(error, VantageError):
             joining = f" --join {join.address}" if join else ""
-            error.add_note(f"go on with the run by 'orchestrator resume {run.path}{joining}'")
+            error.add_note(f"continue the run by 'orchestrator resume {run.path}{joining}'")
         raise
     _note(run, Ending(time=time.time(), outcome="finished"))
 
@@ -202,11 +202,11 @@ def _note(run: RunDirectory, ending: Ending) -> None:
     try:
         run.end(ending)
     except OSError as error:
-        # A full disk may be the very reason; what is known without this file is told.
-        _log.warning("how the run ended can't be written down: %s", reason(error))
+        # A full disk may be the very reason; `status` works without this file.
+        _log.warning("the end of the run can't be recorded: %s", reason(error))
 
 
-def _perform(
+def _do_jobs(
     run: RunDirectory, sockets: Path, plan: LaunchPlan, orphans: Orphans, monitors: Monitors, stop: StopRequest
 ) -> None:
     """Do the jobs, one after the other, with the same workers."""
@@ -216,10 +216,10 @@ def _perform(
     with _session(run, sockets, plan, orphans, monitors, stop) as session:
         first = plan.jobs[0]
         if orphans.has(first.launch):
-            # Before anything can go wrong or be stopped: whoever is in care is brought to its end with the others.
+            # First: from now on it is ended with the others, whatever fails or is stopped.
             session.start(first.launch, first.is_done)
         session.start_workers(plan.workers)
-        session.wait_for_others(plan.config.timeouts.startup)
+        session.wait_for_remote_workers(plan.config.timeouts.startup)
         for job in plan.jobs:
             session.run(job.launch, job.activity, job.is_done)
 
@@ -233,7 +233,7 @@ def _session(
     monitors: Monitors,
     stop: StopRequest,
 ) -> Generator[Session]:
-    """A session on the run; no process of it is left when this ends."""
+    """A session on the run; all its processes have ended afterwards."""
     config, join = plan.config, plan.join
     timeouts = Timeouts.from_config(config.timeouts)
     with ExitStack() as held:
@@ -258,7 +258,7 @@ def _session(
 
 
 def _dismiss(config: RunConfig, join: Join | None, display: Display, stop: StopRequest) -> None:
-    """Let the host know that the run is done, if it has joined one."""
+    """Tell the host that the run is done, if it has joined one."""
     if join is None:
         return
     began = time.monotonic()
@@ -270,7 +270,7 @@ def _dismiss(config: RunConfig, join: Join | None, display: Display, stop: StopR
 
 
 def _end(orphans: Orphans, logs: Path, stop: StopRequest) -> None:
-    """End what an earlier orchestrator left and nobody needs: agents first, as ever."""
+    """End the orphans that are not adopted: agents first, since they need the workers to finish."""
     agents = [found for found in orphans.unwanted if found.launch.role is Role.AGENT]
     others = [found for found in orphans.unwanted if found.launch.role is not Role.AGENT]
     for found, patience in ((agents, AGENT_PATIENCE), (others, WORKER_PATIENCE)):
@@ -278,5 +278,7 @@ def _end(orphans: Orphans, logs: Path, stop: StopRequest) -> None:
 
 
 def _process(found: Orphan, logs: Path) -> WorkerProcess:
-    _log.warning("%s was left behind, as process %d, and is ended", found.launch.name, found.process.pid)
+    _log.warning(
+        "ending %s, which an earlier orchestrator left running as process %d", found.launch.name, found.process.pid
+    )
     return WorkerProcess.adopt(found.launch, found.process, logs / f"{found.launch.name}.jsonl", found.log_start)

@@ -175,7 +175,7 @@ def _joined(
         _pool(Role.PERCEPTION, timeouts, security=join.security) as perceivers,
     ):
         session = Session(fleet, supervisor, display, stop, remote_workers=host)
-        session.wait_for_others(timeouts.startup)
+        session.wait_for_remote_workers(timeouts.startup)
         for pool, role in ((renderers, Role.RENDER), (perceivers, Role.PERCEPTION)):
             host.follow(pool, role)
             pool.wait_any_ready()

@@ -88,7 +88,7 @@ class TestReadOnlyMount:
     def test_evaluate_says_what_it_can_not_write(self, command, finished_run, read_only):
         done = command("evaluate", finished_run.path, before=read_only(finished_run.path))
         assert (done.returncode, is_a_sentence(done.stderr)) == (1, True), done.stderr
-        assert b"nothing can be written to" in done.stderr
+        assert b"can't be written to" in done.stderr
         assert b"evaluation.json" in done.stderr
 
     def test_a_run_that_is_not_finished_can_not_be_gone_on_with(self, command, finished_run, read_only):
@@ -137,7 +137,10 @@ class TestNoLocks:
         (tmp_path / "c.toml").write_text(SHORT)
         done = invoke("train", "c.toml", "--run", "one")
         assert (done.exit_code, is_a_sentence(done.stderr)) == (1, True), done.stderr
-        assert "has no locks, and two might work on it at once; take a place on a local disk" in done.stderr
+        assert (
+            "has no locks, and two orchestrators could work on it at once; choose a place on a local disk"
+            in done.stderr
+        )
         assert not (tmp_path / "one").exists()
 
     def test_the_doctor_finds_it(self, tmp_path):

@@ -279,7 +279,7 @@ def test_a_run_has_one_orchestrator_and_an_abandoned_training_no_evaluation(rehe
     rehearsal.kill(child)
     refused = rehearsal.command.run("evaluate", "one")
     assert refused.returncode == 1
-    assert "the training of one goes on without its orchestrator; take it up by 'orchestrator resume one'" in (
+    assert "the training of one continues without an orchestrator; take it over by 'orchestrator resume one'" in (
         refused.stderr
     )
     assert psutil.pid_exists(rehearsal.pid("agent"))
@@ -296,5 +296,5 @@ def test_a_process_that_fails_for_ever_ends_the_run_with_its_words(rehearsal):
     said, then = done.stderr.splitlines()[-2:]
     assert said.startswith("render-0 was killed by SIGABRT: out of paint (log: one/logs/render-0.jsonl)")
     assert said.endswith("it was restarted 2 times within 60 s already")
-    assert then == "go on with the run by 'orchestrator resume one'"
+    assert then == "continue the run by 'orchestrator resume one'"
     assert rehearsal.command.alive() == set()

@@ -138,7 +138,7 @@ def test_a_worker_that_dies_at_the_start_is_quoted_and_everything_stops(orchestr
     assert done.stdout == ""
     assert done.stderr.splitlines()[-2:] == [
         "render-0 ended with exit code 2: no EGL display; install libegl1 (log: one/logs/render-0.jsonl)",
-        "go on with the run by 'orchestrator resume one'",
+        "continue the run by 'orchestrator resume one'",
     ]
     assert all(map(gone, processes_of(orchestrator.folder / "one")))
 

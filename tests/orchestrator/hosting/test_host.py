@@ -101,7 +101,7 @@ def test_a_worker_that_does_not_end_is_named_and_left(caplog):
         site.beat("old-worker")
         ended = site.ends()
     assert 100 + GOODBYE <= site.now <= 102 + GOODBYE
-    assert "old-worker did not end within 30 s and is left to itself" in caplog.text
+    assert "old-worker did not end within 30 s; ending without waiting for it" in caplog.text
 
 
 def test_who_is_there_is_shown():

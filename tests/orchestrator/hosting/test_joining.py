@@ -45,9 +45,7 @@ def site(tmp_path_factory) -> Site:
 
 def test_what_is_waited_for_is_said_until_nobody_is_missing(site, wait_until):
     with JoinedHost(site.join, "monday", QUICK) as host:
-        assert (
-            host.waits_for() == f"a host at {site.join.address} (nobody answers there: does 'orchestrator host' run?)"
-        )
+        assert host.waits_for() == f"a host at {site.join.address} (no answer: does 'orchestrator host' run there?)"
         with site.open():
             both = f"a render worker and a perception worker to be ready, at the host {site.join.address}"
             wait_until(lambda: host.waits_for() == both)
@@ -78,7 +76,9 @@ def test_a_host_that_is_away_for_a_moment_is_not_missed_and_one_that_stays_away_
                 wait_until(lambda: host.waits_for() is not None and "to be ready" in host.waits_for())
                 host.check()
         wait_until(lambda: lost(host.check))
-        with pytest.raises(HostLost, match=r"is gone for 0.3 s \(timeouts.grace\), and without one its workers end"):
+        with pytest.raises(
+            HostLost, match=r"has not answered for 0.3 s \(timeouts.grace\), after which its workers end"
+        ):
             host.check()
 
 
@@ -138,7 +138,7 @@ def test_a_host_that_was_killed_right_then_is_told_when_it_is_back(site):
 
 
 def test_a_host_that_does_not_come_back_is_not_told_for_ever(site):
-    with pytest.raises(HostNotTold, match=r"its workers stay: .* did not answer Dismiss within 0\.3 s"):
+    with pytest.raises(HostNotTold, match=r"its workers go on: .* did not answer Dismiss within 0\.3 s"):
         dismiss(site.join, QUICK, lambda _: None, StopRequest())
 
 
