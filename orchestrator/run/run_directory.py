@@ -340,8 +340,8 @@ class RunDirectory(Struct, frozen=True):
         except OSError as error:
             raise RunNotWritable(
                 f"{self.path} can't be written to ({reason(error)}), neither its logs nor its evaluation.json: copy "
-                f"the run to a place that you may write to, and name the copy; 'orchestrator status {self.path}' and, of a "
-                f"finished run, 'orchestrator resume {self.path}' only read"
+                f"the run to a place that you may write to, and name the copy; 'orchestrator status {self.path}' and, "
+                f"of a finished run, 'orchestrator resume {self.path}' only read"
             ) from error
 
 

@@ -193,7 +193,7 @@ class TestTracebacks:
             (OSError(errno.ENOSPC, "No space left on device", "runs/one"), "runs/one: No space left on device; free"),
             (OSError(errno.EMFILE, "Too many open files"), "ulimit -n"),
             (MemoryError(), "no memory is left; free some memory"),
-            (KeyError("x"), "nobody thought of this: please report it with the traceback in"),
+            (KeyError("x"), "this is a bug: please report it with the traceback in"),
         ],
     )
     def test_whatever_ends_a_command_is_one_sentence(self, invoke, finished_run, monkeypatch, error, said):

@@ -310,7 +310,7 @@ class TestStatusOverHttp:
     def test_where_nobody_is_that_is_told_and_ends_with_1(self, invoke):
         done = invoke("status", "--http", str(free_endpoint()))
         assert done.exit_code == 1
-        assert "nobody answers" in done.stdout
+        assert "no answer" in done.stdout
 
     def test_a_run_and_processes_at_once_are_a_mistake(self, invoke):
         assert invoke("status", "runs/x", "--http", "8000").exit_code == 2
