@@ -20,15 +20,15 @@ chaos_app = typer.Typer()
 )
 def chaos(
     config: Annotated[Path, typer.Argument(metavar="CONFIG", help="A configuration file (TOML).", show_default=False)],
-    faults: Annotated[int, typer.Option(min=1, help="How many; from 20 on each class has its turn.")] = 20,
-    seed: Annotated[int, typer.Option(help="Decides which fault strikes when.")] = 0,
+    faults: Annotated[int, typer.Option(min=1, help="How many faults; from 20 on, each class occurs.")] = 20,
+    seed: Annotated[int, typer.Option(help="Of the random schedule of faults.")] = 0,
     only: Annotated[
         list[str] | None, typer.Option(help="A fault class; may be given more than once.", show_default="all")
     ] = None,
-    runs: Annotated[Path, typer.Option(help="Where the runs are made.")] = Path("runs/chaos"),
+    runs: Annotated[Path, typer.Option(help="The directory for the runs.")] = Path("runs/chaos"),
     json: JsonOption = False,
 ) -> None:
-    """Train once untouched and once under faults, and compare weights, episodes and replay byte for byte."""
+    """Train once without faults and once under faults, and compare weights, episodes and replay byte for byte."""
     from orchestrator.chaos import rehearsal, report
     from orchestrator.chaos.scenarios import catalogue
 

@@ -12,7 +12,7 @@ doctor_app = typer.Typer()
 
 @doctor_app.command(epilog=examples("orchestrator doctor", "orchestrator doctor --json"))
 def doctor(json: JsonOption = False) -> None:
-    """Check that this machine has what Vantage needs, and say what to do about each thing that it lacks."""
+    """Check whether this machine has what Vantage needs, and show how to fix what it lacks."""
     checks = tuple(all_checks())
     if json:
         print_json(checks)

@@ -30,11 +30,11 @@ def evaluate(
         int | None, typer.Option(min=1, help="Flights of each policy.", show_default="as configured")
     ] = None,
     policy: Annotated[
-        list[str] | None, typer.Option(help="A policy to fly; may be given more than once.", show_default="all")
+        list[str] | None, typer.Option(help="A policy to evaluate; may be given more than once.", show_default="all")
     ] = None,
     json: JsonOption = False,
 ) -> None:
-    """Fly a trained policy and the baselines over the same test scenes, and print how each did."""
+    """Evaluate a trained policy and the baselines on the same test scenes, and print their scores."""
     directory = RunDirectory.open(run)
     config = directory.verified_config()
     with at_work() as (display, stop):
@@ -42,7 +42,7 @@ def evaluate(
         training.evaluate(directory, config, what, display=display, stop=stop)
     evaluation = directory.evaluation()
     if evaluation is None:
-        raise RunError(f"the agent left no whole {directory.evaluation_path}")
+        raise RunError(f"{directory.evaluation_path} is missing or damaged after the evaluation")
     if json:
         print_json(evaluation)
     else:

@@ -1,4 +1,4 @@
-"""`orchestrator host`: where workers and runs on several machines find each other."""
+"""`orchestrator host`: the registry for workers and runs on several machines."""
 
 import os
 from typing import Annotated
@@ -32,18 +32,18 @@ host_app = typer.Typer()
     )
 )
 def host(
-    bind: Annotated[str, typer.Option(metavar="ADDRESS", help="Where to serve.")] = "tcp://0.0.0.0:5600",
+    bind: Annotated[str, typer.Option(metavar="ADDRESS", help="The address to serve at.")] = "tcp://0.0.0.0:5600",
     key: KeyOption = None,
     allowed: AllowedOption = None,
     insecure: InsecureOption = False,
     http: HttpOption = None,
     http_token: TokenOption = None,
-    stay: Annotated[bool, typer.Option("--stay", help="Go on when the runs are done, with the workers.")] = False,
+    stay: Annotated[bool, typer.Option("--stay", help="Keep the host and its workers when the runs are done.")] = False,
 ) -> None:
-    """Be where workers and runs on several machines find each other; start nothing.
+    """Serve as the host with which workers register and which runs on several machines join; start nothing.
 
     Workers register with '--orchestrator ADDRESS', runs join by 'orchestrator train --join ADDRESS'. Once a run is done
-    and no other is under way, the workers end, and then this. Killed and started again, it is found again by all.
+    and no other is under way, the workers end, and then the host. After a restart of the host, all register again.
     """
     security = security_from(key, allowed, insecure=insecure, environment=os.environ)
     order = HostOrder(bind=bind, stay=stay, security=security)

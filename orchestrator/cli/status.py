@@ -1,4 +1,4 @@
-"""`orchestrator status`: how a run is, by its files here or by its processes' HTTP endpoints."""
+"""`orchestrator status`: the state of a run, by its files or by its processes' HTTP endpoints."""
 
 from pathlib import Path
 from typing import Annotated
@@ -29,17 +29,19 @@ def status(
     ] = None,
     http: Annotated[
         list[str] | None,
-        typer.Option(metavar="[HOST:]PORT", help="Instead ask a process there; may be given more than once."),
+        typer.Option(
+            metavar="[HOST:]PORT", help="Ask the process at this endpoint instead; may be given more than once."
+        ),
     ] = None,
     json: JsonOption = False,
 ) -> None:
-    """Say how a run is: what its agent does, and each worker's own word.
+    """Show the state of a run: the agent's progress, and the state of each worker.
 
-    Processes on other machines are asked where their own --http says. Ends with 1 if one of these is not ready.
+    With --http, processes on any machine are asked at their own --http endpoints; exits with 1 if one is not ready.
     """
     if http:
         if run is not None:
-            raise InvalidInput("name a run on this machine, or by --http processes on any; not both")
+            raise InvalidInput("give a run on this machine or --http, not both")
         _print_reports(http, json)
     else:
         _print_status(run_status(RunDirectory.open(run) if run else newest_run()), json)

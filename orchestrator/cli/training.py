@@ -55,7 +55,7 @@ def train(
             "--evaluate/--no-evaluate", help="Fly the evaluation after the training.", show_default="evaluate"
         ),
     ] = None,
-    or_resume: Annotated[bool, typer.Option("--or-resume", help="Go on with the run if it is there already.")] = False,
+    or_resume: Annotated[bool, typer.Option("--or-resume", help="Resume the run if it exists already.")] = False,
     join: JoinOption = None,
     key: KeyOption = None,
     allowed: AllowedOption = None,
@@ -66,18 +66,19 @@ def train(
 ) -> None:
     """Train a policy on real renders, then fly its evaluation.
 
-    Starts render workers, perception workers and the agent as processes here, and shows on stderr how they do.
+    Starts render workers, perception workers and the agent as processes on this machine, and shows their state on
+    stderr.
 
-    Ctrl-C stops in order and keeps what was learned; a second one stops at once. Either way, and also where any of the
-    processes was killed, 'orchestrator resume' goes on.
+    Ctrl-C stops the run in order and keeps what was learned; a second Ctrl-C stops it at once. In either case, and also
+    after a process was killed, 'orchestrator resume' continues the run.
 
-    With --join the workers are those of a host ('orchestrator host'), perhaps on other machines, and the agent alone is
-    started here. The host is told when the run is done.
+    With --join, the run uses the workers of a host ('orchestrator host'), which may be on other machines, and only the
+    agent is started here. The host is told when the run is done.
     """
     joining = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
     settings = for_a_run(load_config(config), joined=joining is not None)
     if or_resume and run is None:
-        raise InvalidInput("--or-resume goes on with the run of a name; it needs --run")
+        raise InvalidInput("--or-resume needs --run, which names the run to resume")
     path = run or default_run_path(config, datetime.now())
     go_on = training.train
     with (
@@ -108,12 +109,12 @@ def resume(
     http_token: TokenOption = None,
     json: JsonOption = False,
 ) -> None:
-    """Bring a run to its end from wherever it stands, whatever was killed or stopped, as if nothing had happened.
+    """Continue a run that was stopped or killed, with the same result as without the interruption.
 
-    Takes up the processes that an orchestrator which was killed has left, starts those that are missing, and goes on:
-    training from its last checkpoint, then the evaluation if the run was to have one.
+    Adopts the processes that a killed orchestrator has left, starts those that are missing, and continues: the training
+    from its last checkpoint, then the evaluation if one is planned.
 
-    Of a run that has come to its end the report is printed again.
+    For a finished run, the report is printed again.
     """
     directory = RunDirectory.open(run)
     joining = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
@@ -125,7 +126,7 @@ def resume(
 
 
 def _require_planned(run: RunDirectory, evaluate: bool | None) -> None:
-    """Raise `InvalidInput` where a run that is there was made to end otherwise, with an evaluation or without."""
+    """Raise `InvalidInput` if the run's plan says otherwise on whether to evaluate."""
     planned = run.plan().evaluate
     if evaluate not in (None, planned):
         option, made = ("--no-evaluate", "with") if planned else ("--evaluate", "without")
@@ -136,7 +137,7 @@ def _require_planned(run: RunDirectory, evaluate: bool | None) -> None:
 
 
 def _ending_of(work: Callable[[], None]) -> Interrupted | HostNotTold | None:
-    """Do something, and tell what is to be said of its end once its outcome was printed."""
+    """Do the work; returns the error to raise after its report was printed."""
     try:
         work()
     except (Interrupted, HostNotTold) as error:
@@ -145,7 +146,7 @@ def _ending_of(work: Callable[[], None]) -> Interrupted | HostNotTold | None:
 
 
 def _print_training(run: RunDirectory, json: bool, ending: Interrupted | HostNotTold | None) -> None:
-    """Print what a training came to, even one that was stopped, and then raise what there is to say of its end."""
+    """Print the report of a training, also of one that was stopped, and then raise its ending."""
     report = training_report(run, interrupted=isinstance(ending, Interrupted))
     if report is not None and json:
         print_json(report)

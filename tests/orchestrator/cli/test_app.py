@@ -170,7 +170,7 @@ def test_a_configuration_that_is_not_there_exits_with_2(invoke):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--or-resume",), "it needs --run"),
+        (("--or-resume",), "needs --run"),
         (("--key", "trainer.key"), "they need --join"),
         (("--join", "tcp://host:5600", "--key", "trainer.key", "--insecure"), "leave out --key, or --insecure"),
     ],
@@ -205,7 +205,7 @@ def test_a_number_of_workers_has_no_meaning_where_a_host_s_are_joined(invoke, tm
     if "flights" in command:
         ExperimentDirectory.open_for(tmp_path / "e", RunConfig(), ViewSet(frames=1))
     done = invoke(*command, "--workers", "2", "--join", "tcp://host:5600")
-    assert (done.exit_code, "--workers are those that are started here" in done.stderr) == (2, True), done.stderr
+    assert (done.exit_code, "--workers sets how many workers to start here" in done.stderr) == (2, True), done.stderr
     assert not (tmp_path / "runs").exists()
 
 

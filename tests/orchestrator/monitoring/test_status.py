@@ -179,9 +179,7 @@ def test_a_run_whose_orchestrator_was_killed_when_it_went_on_is_broken_off(finis
     text = text_of(status)
     assert "its orchestrator was killed" in text
     assert f"last heard of on {moment(7.0)}" in text
-    assert f"it is not finished: continue it by 'orchestrator resume {finished.path}'" in text.replace(
-        "\n", ""
-    )
+    assert f"it is not finished: continue it by 'orchestrator resume {finished.path}'" in text.replace("\n", "")
 
 
 def test_a_run_of_a_time_that_no_calendar_has_is_shown_all_the_same(run):
