@@ -1,4 +1,4 @@
-"""The run that nothing happens to, which all others are held against; flown once for a configuration and code."""
+"""The control run: a run without faults that the others are compared with, made once for a configuration and code."""
 
 import hashlib
 import shutil
@@ -22,11 +22,11 @@ ROOMS = ("protocol", "render_worker", "perception_worker", "agent", "orchestrato
 
 
 class ControlRun(Struct, frozen=True):
-    """A whole run.
+    """A complete run without faults.
 
     Attributes:
         steps: environment steps of all drones, prefill included.
-        reused: whether it was there already.
+        reused: whether an earlier rehearsal made it.
     """
 
     directory: RunDirectory
@@ -37,14 +37,14 @@ class ControlRun(Struct, frozen=True):
 def control_run(
     config_path: Path, config: RunConfig, runs: Path, stop: StopRequest, show: Callable[[RehearsedRun], None]
 ) -> ControlRun:
-    """The run of a configuration as it is, from `runs` if the same code has flown it there.
+    """The control run of a configuration; reused from `runs` if the same code made it there.
 
     Args:
         config_path: the file that `config` was read from; the orchestrator of the run is started on it.
 
     Raises:
-        RunBusy: somebody flies it right now.
-        RehearsalFailed: it did not come to its end by itself.
+        RunBusy: another rehearsal makes it right now.
+        RehearsalFailed: it ended before its training was done.
     """
     directory = RunDirectory(runs / f"control-{identity(config)}")
     reused = directory.is_trained()
@@ -71,7 +71,7 @@ def _steps(directory: RunDirectory) -> int:
 
 
 def identity(config: RunConfig) -> str:
-    """A short name for all that the outcome of a run depends on: configuration, code, and the packages under it."""
+    """A short digest of all that the result of a run depends on: configuration, code and packages."""
     digest = hashlib.sha256(resolved_toml(with_checksums(config)))
     for path in _sources():
         digest.update(path.name.encode())
@@ -84,5 +84,5 @@ def _sources() -> Iterator[Path]:
     chaos = Path(__file__).parent
     for room in ROOMS:
         paths = sorted((chaos.parents[1] / room).rglob("*"))
-        # We ourselves only watch a control run.
+        # The chaos package only observes a control run.
         yield from (path for path in paths if path.suffix in SOURCES and chaos not in path.parents)

@@ -50,7 +50,7 @@ def test_a_death_that_takes_another_with_it_breaks_the_invariant(rehearsed, chil
     scenario.fault(rehearsed)
     os.kill(children[Role.AGENT].pid, signal.SIGKILL)
     rehearsed.wait(lambda: not is_alive(children[Role.AGENT]), "it was dead")
-    with pytest.raises(InvariantBroken, match="agent did not outlive the death of render-0"):
+    with pytest.raises(InvariantBroken, match="agent did not survive the death of render-0"):
         scenario.invariant(rehearsed)
 
 
@@ -64,7 +64,7 @@ def test_a_stopped_process_stays_until_it_is_replaced_and_must_be_gone_then(rehe
     assert not scenario.recovered(rehearsed)
     start(NAMES[role], role)
     assert scenario.recovered(rehearsed)
-    with pytest.raises(InvariantBroken, match="is still there"):
+    with pytest.raises(InvariantBroken, match="still runs"):
         scenario.invariant(rehearsed)
     stopped.kill()
     rehearsed.wait(lambda: not is_alive(children[role]), "it was dead")
@@ -197,7 +197,7 @@ def test_a_late_reply_is_held_back_and_its_worker_must_live(rehearsed, reacher):
     scenario.invariant(rehearsed)
     os.kill(worker.pid, signal.SIGKILL)
     rehearsed.wait(lambda: not is_alive(worker), "it was dead")
-    with pytest.raises(InvariantBroken, match="render-0 did not outlive a late reply"):
+    with pytest.raises(InvariantBroken, match="render-0 did not survive a late reply"):
         scenario.invariant(rehearsed)
 
 
