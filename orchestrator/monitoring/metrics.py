@@ -31,7 +31,7 @@ class RunCollector(ProcessCollector):
     """The metrics of a run's last snapshot, restarts included."""
 
     def _tell(self, snapshot: Snapshot) -> Iterator[Metric]:
-        restarts = CounterMetricFamily("vantage_restarts", "Restarts that nobody planned", labels=("process",))
+        restarts = CounterMetricFamily("vantage_restarts", "Unplanned restarts", labels=("process",))
         # Workers on other machines may have the same name, and a sample may appear only once.
         names = dict.fromkeys(health.name for health in snapshot.workers)
         for name in names:

@@ -1,4 +1,4 @@
-"""One page about one scene: what the camera saw, what the network made of it, and how sure we are of each joint."""
+"""The page of one scene: the camera's picture, the network's output, and the uncertainty of each joint."""
 
 from collections.abc import Iterator, Sequence
 

@@ -1,4 +1,4 @@
-"""Looking at a scene the way the agent's drone would: one picture rendered, perceived and drawn."""
+"""Pictures of scenes as the agent's drone sees them: rendered, perceived and drawn."""
 
 import math
 import re
@@ -31,13 +31,13 @@ LONGEST_STEP = 0.5
 """Metres that lie at most between a view and the one a step before."""
 
 FARTHEST_VIEW = 1e3
-"""Metres from the person, beyond which nobody is seen."""
+"""Metres from the person, beyond which they are not visible."""
 
 PICTURE_FORMATS = (".png", ".jpg", ".jpeg", ".webp")
 
 
 class Viewpoint(Struct, frozen=True, kw_only=True):
-    """Where the camera is, as seen from the person.
+    """The position of the camera, relative to the person.
 
     Attributes:
         distance: along the ground, metres.
@@ -60,7 +60,7 @@ class Viewpoint(Struct, frozen=True, kw_only=True):
 
 
 class Look(Struct, frozen=True, kw_only=True):
-    """Which scenes to look at, with how many bystanders, and from where."""
+    """The scenes to draw, their bystanders, and the viewpoint."""
 
     seeds: tuple[int, ...]
     split: Split = "test"

@@ -75,7 +75,7 @@ def test_a_training_that_is_too_short_for_so_many_faults_is_refused(chaos):
     assert "has room for at most 4 faults, not for 5; ask for fewer, or train longer" in err
 
 
-def test_a_training_that_doubles_steps_is_found_out_and_the_untouched_run_is_used_again(chaos):
+def test_a_training_that_doubles_steps_is_found_out_and_the_control_run_is_used_again(chaos):
     child = chaos("forgets", "--faults", "1", *only("kill-at-checkpoint-journal-synced"))
     out, err = child.communicate(timeout=PATIENCE)
     assert child.returncode == 1, out + err

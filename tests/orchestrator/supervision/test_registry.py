@@ -114,7 +114,7 @@ def test_a_member_registers_and_learns_of_others_over_the_wire(tmp_path_factory)
             assert client.call(Lookup(role=Role.RENDER)).workers == (worker(),)
 
 
-def test_a_stranger_that_asks_it_to_drain_does_not_end_it(tmp_path_factory):
+def test_a_client_that_asks_it_to_drain_does_not_end_it(tmp_path_factory):
     address = f"ipc://{tmp_path_factory.mktemp('s')}/orchestrator"
     registry, timeouts = Registry(LIVENESS), Timeouts()
     with serve_registry(registry, address, timeouts), Client(address, role=Role.AGENT) as client:
