@@ -51,7 +51,7 @@ PATIENCE = 120.0
 
 
 class Site:
-    """A host at an address of its own, and whoever finds it."""
+    """A host at an address of its own, and the processes that register with it."""
 
     def __init__(self, command: Command, rooms: tuple[str, ...] | None = ()) -> None:
         self.command = command

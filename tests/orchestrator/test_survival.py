@@ -99,7 +99,7 @@ def test_a_training_goes_on_after_any_process_was_stopped_for_good(rehearsal, na
 
 
 @pytest.mark.slow
-def test_an_orchestrator_that_was_stopped_for_a_while_takes_nobody_for_hung(rehearsal):
+def test_an_orchestrator_that_was_stopped_for_a_while_counts_no_process_as_hung(rehearsal):
     child = rehearsal.train(steps=600, liveness=2.0)
     os.kill(child.pid, signal.SIGSTOP)
     here = rehearsal.steps()
@@ -222,7 +222,7 @@ def test_ctrl_c_ends_processes_that_were_taken_up_as_well(rehearsal):
 
 
 @pytest.mark.slow
-def test_ctrl_c_ends_what_was_left_behind_even_before_the_workers_are_ready(rehearsal):
+def test_ctrl_c_ends_orphans_even_before_the_workers_are_ready(rehearsal):
     child = rehearsal.train(steps=100_000)
     rehearsal.kill(child)
     # Not before: the system ends a stopped process that becomes an orphan (SIGHUP).

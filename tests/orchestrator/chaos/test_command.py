@@ -43,7 +43,7 @@ def only(*names):
     return [word for name in names for word in ("--only", name)]
 
 
-def test_a_training_that_goes_on_to_the_bit_passes_and_leaves_nobody_behind(orchestrator, chaos):
+def test_a_training_that_goes_on_to_the_bit_passes_and_leaves_no_process(orchestrator, chaos):
     names = ("kill-agent", "kill-orchestrator", "kill-render", "kill-at-checkpoint-written")
     child = chaos("remembers", "--faults", "4", *only(*names))
     out, err = child.communicate(timeout=PATIENCE)
@@ -91,7 +91,7 @@ def test_a_training_that_doubles_steps_is_found_out_and_the_control_run_is_used_
     assert json.loads(out)["control_run_reused"]
 
 
-def test_ctrl_c_leaves_nobody_behind(orchestrator, chaos, wait_until):
+def test_ctrl_c_leaves_no_process(orchestrator, chaos, wait_until):
     child = chaos("remembers", "--faults", "1", *only("stop-agent"))
     wait_until(lambda: bool(list(orchestrator.folder.glob("runs/chaos/control-*/progress.jsonl"))))
     child.send_signal(signal.SIGINT)

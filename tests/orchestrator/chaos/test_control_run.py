@@ -55,7 +55,7 @@ def test_a_run_that_was_interrupted_is_flown_anew(directory, ask):
 
 
 @pytest.mark.slow
-def test_a_run_that_somebody_else_flies_is_left_alone(directory, ask):
+def test_a_run_that_another_rehearsal_makes_is_left_alone(directory, ask):
     with directory.lock(), pytest.raises(RunBusy):
         ask()
     assert directory.config_path.exists()

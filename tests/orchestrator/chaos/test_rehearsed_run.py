@@ -41,7 +41,7 @@ def test_a_request_to_stop_ends_every_wait(tmp_path, rehearsed):
             run.sleep(600.0)
 
 
-def test_whoever_looks_is_shown_the_run(tmp_path):
+def test_each_poll_shows_the_run(tmp_path):
     shown = []
     with RehearsedRun(tmp_path / "c.toml", tmp_path / "run", TimeoutsConfig(), StopRequest(), shown.append) as run:
         run.poll()

@@ -213,7 +213,7 @@ def test_a_fault_that_waits_for_the_training_is_ordered_before_the_training_goes
     assert resource.prlimit(children[Role.AGENT].pid, resource.RLIMIT_FSIZE)[0] == 0
 
 
-def test_an_order_that_nobody_carries_out_is_taken_back(rehearsed, monkeypatch):
+def test_an_order_that_is_never_carried_out_is_taken_back(rehearsed, monkeypatch):
     monkeypatch.setattr(type(rehearsed), "wait", _gives_up)
     rehearsed.failpoints.order("nowhere", "kill")
     with pytest.raises(NotRecovered):

@@ -70,7 +70,7 @@ def test_without_an_evaluation_a_training_ends_after_its_last_step(orchestrator,
 
 @pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
 @pytest.mark.slow
-def test_a_signal_ends_a_training_in_order_and_nobody_is_left(orchestrator, config, wait_until, number):
+def test_a_signal_ends_a_training_in_order_and_no_process_is_left(orchestrator, config, wait_until, number):
     child = orchestrator.start("train", config(LONG), "--run", "one", "--json")
     run = orchestrator.folder / "one"
     wait_until(lambda: (run / "progress.jsonl").exists() and child.poll() is None)

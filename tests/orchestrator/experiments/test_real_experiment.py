@@ -38,7 +38,7 @@ def test_a_killed_experiment_goes_on_to_the_table_of_an_uninterrupted_one(orches
     assert (parts / "part-00000.parquet").stat().st_mtime_ns == begun
     child.send_signal(signal.SIGINT)
     _, words = child.communicate(timeout=PATIENCE)
-    assert (child.returncode, "the same command goes on" in words) == (130, True), words
+    assert (child.returncode, "the same command continues" in words) == (130, True), words
 
     more = [word if word != "1" else "2" for word in SMALL]
     done = orchestrator.run(*more, "--out", "killed", "--json", rooms=None, patience=PATIENCE)

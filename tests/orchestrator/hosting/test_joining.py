@@ -43,7 +43,7 @@ def site(tmp_path_factory) -> Site:
     return Site(f"ipc://{tmp_path_factory.mktemp('s')}/host")
 
 
-def test_what_is_waited_for_is_said_until_nobody_is_missing(site, wait_until):
+def test_what_is_waited_for_is_said_until_nothing_is_missing(site, wait_until):
     with JoinedHost(site.join, "monday", QUICK) as host:
         assert host.waits_for() == f"a host at {site.join.address} (no answer: does 'orchestrator host' run there?)"
         with site.open():

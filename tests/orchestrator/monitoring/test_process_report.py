@@ -1,4 +1,4 @@
-"""Processes behind real HTTP ports are asked how they are, and whoever is none is named as such."""
+"""Asks processes behind real HTTP ports for their state, and reports those that give no answer."""
 
 import http.server
 import socket

@@ -109,7 +109,7 @@ def test_one_that_waits_for_others_need_not_make_progress(polls):
     assert polls(19.5, answering(busy=True)) is Verdict.FINE
 
 
-def test_time_in_which_we_did_not_look_is_nobodys_silence(polls):
+def test_time_between_polls_in_which_the_orchestrator_did_not_run_is_no_silence(polls):
     polls(10.0, answering(busy=True))
     unheard = ProbeResult(ready=True, expected=True, heard=polls.now, busy=True)
     assert polls(3600.0, unheard, step=3600.0) is Verdict.FINE

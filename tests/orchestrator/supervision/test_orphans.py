@@ -62,7 +62,7 @@ def test_a_process_that_was_never_written_down_is_found_by_its_command(start):
     assert found.process.pid == process.pid
 
 
-def test_who_is_not_wanted_is_in_the_way(start):
+def test_an_orphan_of_an_unwanted_launch_is_to_be_ended(start):
     process = start("evaluation", Role.AGENT)
     left = Orphans([], [process.launch], {"agent"})
     assert left.take(process.launch) is None
@@ -78,7 +78,7 @@ def test_of_two_with_one_command_the_one_that_was_written_down_is_kept(start):
     assert found.process.pid == second.pid
 
 
-def test_a_process_of_the_run_with_another_command_is_in_the_way(start, python_launch):
+def test_an_orphan_with_another_command_is_to_be_ended(start, python_launch):
     process = start("render-0")
     other = python_launch("pass", "render-0")
     left = Orphans([record_of(process)], [other], {"render-0"})
@@ -92,7 +92,7 @@ def test_a_process_that_has_the_number_of_one_that_ended_is_left_alone(start, py
     assert left.unwanted == []
 
 
-def test_who_has_ended_is_not_found(start):
+def test_a_process_that_has_ended_is_no_orphan(start):
     process = start("render-0")
     process.kill()
     assert process.wait(30.0)

@@ -265,7 +265,7 @@ def test_an_agent_that_fails_after_its_work_was_written_is_started_again(supervi
 
 
 @pytest.mark.slow
-def test_what_was_left_behind_is_taken_up_and_looked_after(supervise, launch, tmp_path):
+def test_an_orphan_is_adopted_and_supervised(supervise, launch, tmp_path):
     wanted = launch("serves_nothing")
     earlier = WorkerProcess.start(wanted, tmp_path / "render-0.jsonl", {})
     supervised = supervise(orphans=Orphans((), [wanted], {"render-0"}))
@@ -278,7 +278,7 @@ def test_what_was_left_behind_is_taken_up_and_looked_after(supervise, launch, tm
 
 
 @pytest.mark.slow
-def test_a_stopped_worker_that_was_left_behind_is_found_out(supervise, launch, tmp_path, wait_until):
+def test_a_stopped_orphan_is_detected(supervise, launch, tmp_path, wait_until):
     wanted = launch("serves_nothing")
     earlier = WorkerProcess.start(wanted, tmp_path / "render-0.jsonl", {})
     wait_until(lambda: Path(str(wanted.address).removeprefix("ipc://")).exists())

@@ -49,7 +49,7 @@ def test_a_crash_is_quoted_by_its_last_line(tmp_path, python_launch):
     assert process.last_words() == "RuntimeError: no such luck"
 
 
-def test_who_was_killed_had_no_last_words(tmp_path, python_launch, wait_until):
+def test_the_exit_reason_of_a_killed_process_quotes_no_log_line(tmp_path, python_launch, wait_until):
     process = started(python_launch("import time; print('all is well', flush=True); time.sleep(600)"), tmp_path)
     wait_until(lambda: process.last_words() is not None)
     process.kill()
