@@ -28,7 +28,6 @@ from orchestrator.monitoring.live_display import Display, open_display
 from orchestrator.run.run_directory import resolved_toml
 from orchestrator.run.socket_directory import socket_directory
 from orchestrator.session import Session
-from orchestrator.stop_request import StopRequest, stop_on_signals
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.launch import Launch, addresses, registry_address, worker_launches
 from orchestrator.supervision.registry import Registry, serve_registry
@@ -37,9 +36,10 @@ from protocol.client.pool import Pool
 from protocol.config import RunConfig
 from protocol.config_file import load_config
 from protocol.messages import Role
+from protocol.system.stop_request import StopRequest, stop_on_signals
 from protocol.timeouts import Timeouts
 
-LOOK = 0.02
+POLL = 0.02
 CALM_STEPS = 8
 """Steps before each death by which the usual time is known."""
 WINDOW = 1.0
@@ -61,7 +61,7 @@ class Supervised:
         self._fleet = fleet
         self._supervisor = supervisor
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._look, name="supervisor")
+        self._thread = threading.Thread(target=self._poll, name="supervisor")
 
     def __enter__(self) -> "Supervised":
         self._thread.start()
@@ -84,9 +84,9 @@ class Supervised:
     def _pid(self, name: str) -> int:
         return next(process.pid for process in self._fleet.processes if process.name == name)
 
-    def _look(self) -> None:
-        while not self._over.wait(LOOK):
-            self._supervisor.look()
+    def _poll(self) -> None:
+        while not self._over.wait(POLL):
+            self._supervisor.poll()
 
 
 @contextmanager
@@ -138,7 +138,7 @@ def die(workers: Supervised, env: VectorHover, victim: str, deaths: int, stop: S
         found.struck.append(step(strike=True))
         killed, pid = replaced[0]
         while not workers.is_replaced(victim, pid):
-            stop.nap(LOOK)
+            stop.sleep(POLL)
         found.startup.append(time.perf_counter() - killed)
         step()
     return found

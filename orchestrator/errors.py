@@ -1,4 +1,4 @@
-"""What can go wrong around a run, beside what goes wrong on the wire.
+"""Errors of runs and their processes, besides those of the protocol.
 
 VantageError
 ├── RunError              a run directory can't be used as asked
@@ -9,10 +9,9 @@ VantageError
 │   └── NoLocks             its file system has none
 ├── ProcessFailed         a process of the run ended by itself and should not have
 │   └── RestartsExhausted   it did so more often than it may be started again
-├── HostLost              the host that a run has joined is gone for too long
+├── HostLost              the host that a run has joined was unreachable for too long
 ├── HostNotTold           the run is done, and its host could not be told
-├── OutputLost            what a command printed was not taken
-└── Interrupted           somebody asked us to stop (Ctrl-C, SIGTERM)
+└── OutputLost            the output of a command could not be written
 """
 
 from protocol.errors import VantageError
@@ -39,7 +38,7 @@ class RunNotWritable(RunError):
 
 
 class NoLocks(RunError):
-    """The file system has no locks, so that nobody would know that another works there."""
+    """The file system has no locks, so two orchestrators could work there at once."""
 
 
 class ProcessFailed(VantageError):
@@ -51,16 +50,12 @@ class RestartsExhausted(ProcessFailed):
 
 
 class HostLost(VantageError):
-    """The host that a run has joined is gone for too long; its workers end as well."""
+    """The host that a run has joined was unreachable for too long; its workers end as well."""
 
 
 class HostNotTold(VantageError):
-    """The run is done, and the host that it had joined could not be told; its workers stay."""
+    """The run is done, and the host that it had joined could not be told; the host's workers go on."""
 
 
 class OutputLost(VantageError):
-    """What a command had to print was not taken: the disk is full, or whoever read it is gone."""
-
-
-class Interrupted(VantageError):
-    """Somebody asked us to stop; what was under way has been brought to a clean end."""
+    """The output of a command could not be written: the disk is full, or the reader is gone."""

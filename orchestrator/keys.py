@@ -1,7 +1,7 @@
-"""The keys of a deployment: made, listed and revoked in one directory, from which each machine gets its share.
+"""The keys of a deployment: made, listed and revoked in one directory, and copied from there to each machine.
 
-A machine needs the file of its own key and the list of all allowed ones. The list has nothing secret in it, and it
-alone says who counts: copied to a machine, it is in force there at once.
+A machine needs the file of its own key and the list of all allowed keys. The list holds no secret, and it alone decides
+which keys are allowed: copied to a machine, it is in force there at once.
 """
 
 from pathlib import Path
@@ -31,7 +31,7 @@ def new_key(directory: Path, name: str, role: Role) -> Path:
 
 
 def revoke_key(directory: Path, name: str) -> None:
-    """Let a key count no more. Its file stays: it is on other machines as well.
+    """Revoke a key. Its file stays, since it is on other machines as well.
 
     Raises:
         InvalidInput: there is no such key, or it is revoked already.
@@ -41,7 +41,7 @@ def revoke_key(directory: Path, name: str) -> None:
 
 
 def listed_keys(directory: Path) -> AllowList:
-    """All keys that were ever allowed.
+    """All keys that were ever made here, revoked ones too.
 
     Raises:
         InvalidInput: none was made there.
@@ -53,7 +53,7 @@ def listed_keys(directory: Path) -> AllowList:
 
 
 def keys_table(allowed: AllowList) -> Table:
-    """The list for people."""
+    """The list as a table for display."""
     table = Table("name", "role", "public key", "")
     for key in allowed.keys:
         table.add_row(key.name, key.role.value, key.public, "revoked" if key.revoked else "allowed")

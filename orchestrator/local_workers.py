@@ -1,4 +1,4 @@
-"""Workers of this machine outside of any run: for a few pictures, or an experiment's many."""
+"""Workers on this machine that belong to no run: for a few pictures, or for an experiment."""
 
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
@@ -11,17 +11,17 @@ from orchestrator.run.run_directory import resolved_toml
 from orchestrator.run.run_log import log_directory
 from orchestrator.run.socket_directory import socket_directory
 from orchestrator.session import Session
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.launch import Launch, registry_address, worker_launches
 from orchestrator.supervision.registry import Registry, serve_registry
 from orchestrator.supervision.supervisor import Supervisor
 from protocol.config import RunConfig
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 
 
 class LocalWorkers(NamedTuple):
-    """The workers as they were started, and the session that attends to them."""
+    """The launches of the workers, and the session that supervises them."""
 
     launches: Sequence[Launch]
     session: Session
@@ -31,7 +31,7 @@ class LocalWorkers(NamedTuple):
 def local_workers(
     config: RunConfig, timeouts: Timeouts, *, display: Display, stop: StopRequest
 ) -> Generator[LocalWorkers]:
-    """The workers that a configuration asks for, ready and supervised; none is left when this ends.
+    """The workers that a configuration asks for, ready and supervised; all have ended afterwards.
 
     Raises:
         ProcessFailed, DeadlineExceeded, Interrupted: as for a training.
@@ -52,7 +52,7 @@ def local_workers(
 
 @contextmanager
 def _written(config: RunConfig, logs: Path) -> Generator[Path]:
-    """A file with the configuration, beside logs: not beside the sockets, which may be removed under us from /tmp."""
+    """A file with the configuration, in the directory of logs: a cleaner of /tmp may remove the sockets' directory."""
     logs.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(prefix=".workers-", dir=logs, ignore_cleanup_errors=True) as directory:
         path = Path(directory) / "config.toml"

@@ -1,35 +1,34 @@
-"""A command at work with a supervisor: waits for workers, has an agent work, and shows how they are."""
+"""A session: starts workers and agents under a supervisor, waits for them, and displays their health."""
 
 import math
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from orchestrator.errors import Interrupted
-from orchestrator.hosting.remote_workers import NOBODY_ELSEWHERE, RemoteWorkers
+from orchestrator.hosting.remote_workers import NO_REMOTE_WORKERS, RemoteWorkers
 from orchestrator.monitoring.live_display import Display, FrameCount, Snapshot
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.launch import Launch
 from orchestrator.supervision.log_warnings import LogWarnings
 from orchestrator.supervision.supervised_process import IsDone
 from orchestrator.supervision.supervisor import Supervisor
-from protocol.errors import DeadlineExceeded
+from protocol.errors import DeadlineExceeded, Interrupted
 from protocol.records import Progress
+from protocol.system.stop_request import StopRequest
 
-LOOK = 0.05
-"""Seconds between two looks at the processes."""
+POLL = 0.05
+"""Seconds between two polls of the processes."""
 SHOW = 0.2
-"""Seconds between two pictures for people."""
+"""Seconds between two updates of the display."""
 
 
 class Session:
-    """Starts processes and waits for them, while the supervisor looks after them and a display shows their health.
+    """Starts processes and waits for them, while the supervisor polls them and a display shows their health.
 
     Args:
-        progress: how far the agent is; None before its first word.
-        log: the orchestrator's own, whose warnings are shown as well.
-        remote_workers: who works for the run and is none of the supervisor's.
+        progress: the agent's last progress; None before the first.
+        log: the orchestrator's own log, whose warnings are displayed as well.
+        remote_workers: workers of the run that are not supervised here.
     """
 
     def __init__(
@@ -40,7 +39,7 @@ class Session:
         stop: StopRequest,
         progress: Callable[[], Progress | None] = lambda: None,
         log: Path | None = None,
-        remote_workers: RemoteWorkers = NOBODY_ELSEWHERE,
+        remote_workers: RemoteWorkers = NO_REMOTE_WORKERS,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._fleet = fleet
@@ -51,57 +50,59 @@ class Session:
         self._remote_workers = remote_workers
         self._clock = clock
         self._began = clock()
-        self._said_before = progress()
+        self._earlier_progress = progress()
         self._shown = -math.inf
         self._warnings = LogWarnings()
         if log is not None:
             self._warnings.follow_file("orchestrator", log, log.stat().st_size if log.exists() else 0)
 
     def start(self, launch: Launch, is_done: IsDone | None = None) -> None:
-        """Start a process, or take up the one that was left behind, and go on; errors as `Supervisor.start`."""
+        """Start a process, or adopt its orphan; errors as `Supervisor.start`."""
         self._warnings.follow(self._supervisor.start(launch, is_done))
 
     def start_workers(self, launches: Sequence[Launch]) -> None:
-        """Start workers side by side and wait until each says that it can work.
+        """Start workers in parallel and wait until each reports that it is ready.
 
         Raises:
-            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.look`.
-            Interrupted: somebody asked to stop.
+            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.poll`.
+            Interrupted: the command was asked to stop.
         """
         for launch in launches:
             self.start(launch)
         while waiting := [launch.name for launch in launches if not self._supervisor.is_ready(launch.name)]:
             self._stop.check()
-            self._supervisor.look()
+            self._supervisor.poll()
             self._show(f"waiting for {', '.join(waiting)}")
-            self._stop.nap(LOOK)
+            self._stop.sleep(POLL)
 
-    def wait_for_others(self, startup: float) -> None:
-        """Wait until those who are elsewhere can work, `startup` seconds in all.
+    def wait_for_remote_workers(self, startup: float) -> None:
+        """Wait until the remote workers are ready, at most `startup` seconds.
 
         Raises:
-            DeadlineExceeded: they could not.
-            NotPermitted, VersionMismatch, WrongRole: they won't work with us.
+            DeadlineExceeded: they were not.
+            NotPermitted, VersionMismatch, WrongRole: the host refuses us.
             ProcessFailed, Interrupted: as `start_workers`.
         """
         deadline = self._clock() + startup
         while waiting := self._remote_workers.waits_for():
             if self._clock() >= deadline:
-                raise DeadlineExceeded(f"waited {startup:g} s (timeouts.startup) in vain for {waiting}{self._others()}")
+                raise DeadlineExceeded(
+                    f"waited {startup:g} s (timeouts.startup) in vain for {waiting}{self._remote_states()}"
+                )
             self._stop.check()
-            self._supervisor.look()
+            self._supervisor.poll()
             self._show(f"waiting for {waiting}")
-            self._stop.nap(LOOK)
+            self._stop.sleep(POLL)
 
     def run(self, launch: Launch, activity: str, is_done: IsDone) -> None:
-        """Have an agent work until its work is done; it may have been started before.
+        """Run an agent until its work is done; it may have been started before.
 
         Raises:
-            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.look`.
-            Interrupted: somebody asked to stop; the agent has written what it had.
+            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.poll`.
+            Interrupted: the command was asked to stop; the agent has written what it had learned.
         """
-        self._said_before = self._progress()
-        if not self._supervisor.cares_for(launch.name):
+        self._earlier_progress = self._progress()
+        if not self._supervisor.supervises(launch.name):
             self.start(launch, is_done)
         while not self._supervisor.is_over(launch.name):
             if self._stop.is_asked:
@@ -109,17 +110,17 @@ class Session:
                 self._fleet.stop_agents()
                 raise Interrupted(f"{activity} was stopped on request")
             self._remote_workers.check()
-            self._supervisor.look()
+            self._supervisor.poll()
             self._show(activity)
-            self._stop.nap(LOOK)
+            self._stop.sleep(POLL)
         self._supervisor.release(launch.name)
         self._show(activity, at_once=True)
 
-    def attend(self, activity: str, progress: FrameCount | None = None) -> None:
-        """Look after the workers once, while somebody waits for what they answer; errors as `start_workers`."""
+    def check_workers(self, activity: str, progress: FrameCount | None = None) -> None:
+        """Poll the workers once, for a caller that waits for their replies; errors as `start_workers`."""
         self._stop.check()
         self._remote_workers.check()
-        self._supervisor.look()
+        self._supervisor.poll()
         self._show(activity, progress=progress)
 
     def _show(self, activity: str, *, at_once: bool = False, progress: FrameCount | None = None) -> None:
@@ -130,17 +131,17 @@ class Session:
             Snapshot(
                 activity=activity,
                 elapsed=self._clock() - self._began,
-                progress=progress or self._news(),
+                progress=progress or self._new_progress(),
                 workers=(*self._remote_workers.health(), *self._supervisor.health()),
                 warning=self._warnings.last(),
             )
         )
 
-    def _others(self) -> str:
+    def _remote_states(self) -> str:
         there = ", ".join(f"{one.name} is {one.state}" for one in self._remote_workers.health())
         return f" ({there})" if there else ""
 
-    def _news(self) -> Progress | None:
-        """How far the present activity is; what an earlier one said last is no news."""
+    def _new_progress(self) -> Progress | None:
+        """The progress of the present activity; None while the last record is an earlier one's."""
         progress = self._progress()
-        return progress if progress != self._said_before else None
+        return progress if progress != self._earlier_progress else None

@@ -1,4 +1,5 @@
-"""Rehearses disasters: trains once untouched and once under faults, and compares what came of it byte for byte.
+"""Fault injection: trains once without faults and once under faults, and compares the results byte for byte.
 
-Read `scenario.py` for what a fault is, `catalogue.py` for which there are, `rehearsal.py` for how they are played.
+Read `scenarios/scenario.py` for what a fault is, `scenarios/catalogue.py` for the list of faults, and `rehearsal.py`
+for how they are injected.
 """

@@ -1,4 +1,4 @@
-"""Whether two runs came to the same: their weights, episodes and transitions, byte for byte."""
+"""Compares the results of two runs byte for byte: weights, episodes and transitions."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,15 +12,15 @@ WEIGHTS, EPISODES, REPLAY = "weights.safetensors", "episodes.jsonl", "replay"
 
 
 class Comparison(Struct, frozen=True, kw_only=True):
-    """What holds of a run against the one that nothing happened to.
+    """The comparison of a run under faults with the control run.
 
     Attributes:
-        weights, episodes, replay: whether these are the same to the byte.
-        transitions: in the control run's replay journal; none where the learner keeps no journal.
-        lost: transitions of the control run that this one has not, or not as often. They are told apart by the rows
-            of the journal, each a step of all drones.
-        doubled: transitions that this one has more often than the control run, or that are not in that at all.
-        differences: the first difference of each file that is not the same.
+        weights, episodes, replay: whether these are equal byte for byte.
+        transitions: in the control run's replay journal; 0 where the learner keeps no journal.
+        lost: transitions of the control run that this run lacks, counted by the rows of the journal, each a step of all
+            drones.
+        doubled: transitions that this run has more often than the control run, or that the control run lacks.
+        differences: the first difference of each file that differs.
     """
 
     weights: bool
@@ -33,7 +33,7 @@ class Comparison(Struct, frozen=True, kw_only=True):
 
     @property
     def identical(self) -> bool:
-        """Whether all is the same."""
+        """Whether all three are equal."""
         return self.weights and self.episodes and self.replay
 
 
@@ -41,7 +41,8 @@ def compare(control_run: Path, touched: Path, *, rows: int, drones: int) -> Comp
     """Compare two run directories.
 
     Args:
-        rows: how many the control run's journal has, each a step of so many drones.
+        rows: the rows of the control run's journal, each a step of all drones.
+        drones: how many drones fly.
 
     Raises:
         RehearsalFailed: the control run's journal has another number of rows.
@@ -70,7 +71,7 @@ def _segments(*runs: Path) -> list[str]:
 
 
 def _difference(control_run: Path, touched: Path, name: str) -> str | None:
-    """Where the files differ first, in words; None where they are the same."""
+    """The first difference of the two files, in words; None where they are equal."""
     missing = [run for run in (control_run, touched) if not (run / name).is_file()]
     if missing:
         return f"{name} is missing in {' and '.join(map(str, missing))}"

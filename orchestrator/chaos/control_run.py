@@ -1,4 +1,4 @@
-"""The run that nothing happens to, which all others are held against; flown once for a configuration and code."""
+"""The control run: a run without faults that the others are compared with, made once for a configuration and code."""
 
 import hashlib
 import shutil
@@ -12,21 +12,21 @@ from orchestrator.chaos.progress_log import ProgressLog
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.run.run_directory import RunDirectory, resolved_toml
 from orchestrator.run.versions import collect_versions
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 from protocol.config import RunConfig
-from protocol.config_file import load_config, with_checksums
+from protocol.config_file import with_checksums
+from protocol.system.stop_request import StopRequest
 
 SOURCES = {".py", ".vert", ".frag"}
 ROOMS = ("protocol", "render_worker", "perception_worker", "agent", "orchestrator")
 
 
 class ControlRun(Struct, frozen=True):
-    """A whole run.
+    """A complete run without faults.
 
     Attributes:
         steps: environment steps of all drones, prefill included.
-        reused: whether it was there already.
+        reused: whether an earlier rehearsal made it.
     """
 
     directory: RunDirectory
@@ -34,19 +34,23 @@ class ControlRun(Struct, frozen=True):
     reused: bool
 
 
-def control_run(config: Path, runs: Path, stop: StopRequest, show: Callable[[RehearsedRun], None]) -> ControlRun:
-    """The run of a configuration as it is, from `runs` if the same code has flown it there.
+def control_run(
+    config_path: Path, config: RunConfig, runs: Path, stop: StopRequest, show: Callable[[RehearsedRun], None]
+) -> ControlRun:
+    """The control run of a configuration; reused from `runs` if the same code made it there.
+
+    Args:
+        config_path: the file that `config` was read from; the orchestrator of the run is started on it.
 
     Raises:
-        RunBusy: somebody flies it right now.
-        RehearsalFailed: it did not come to its end by itself.
+        RunBusy: another rehearsal makes it right now.
+        RehearsalFailed: it ended before its training was done.
     """
-    settings = load_config(config)
-    directory = RunDirectory(runs / f"control-{identity(settings)}")
+    directory = RunDirectory(runs / f"control-{identity(config)}")
     reused = directory.is_trained()
     if not reused:
         _remove_unfinished(directory)
-        with RehearsedRun(config, directory.path, settings.timeouts, stop, show) as run:
+        with RehearsedRun(config_path, directory.path, config.timeouts, stop, show) as run:
             run.begin()
             run.finish()
     return ControlRun(directory, _steps(directory), reused)
@@ -67,7 +71,7 @@ def _steps(directory: RunDirectory) -> int:
 
 
 def identity(config: RunConfig) -> str:
-    """A short name for all that the outcome of a run depends on: configuration, code, and the packages under it."""
+    """A short digest of all that the result of a run depends on: configuration, code and packages."""
     digest = hashlib.sha256(resolved_toml(with_checksums(config)))
     for path in _sources():
         digest.update(path.name.encode())
@@ -80,5 +84,5 @@ def _sources() -> Iterator[Path]:
     chaos = Path(__file__).parent
     for room in ROOMS:
         paths = sorted((chaos.parents[1] / room).rglob("*"))
-        # We ourselves only watch a control run.
+        # The chaos package only observes a control run.
         yield from (path for path in paths if path.suffix in SOURCES and chaos not in path.parents)

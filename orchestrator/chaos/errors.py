@@ -1,26 +1,26 @@
-"""What can go wrong in a rehearsal.
+"""Errors of a rehearsal.
 
 VantageError
-└── RehearsalFailed       a rehearsal could not be carried through
-    ├── NotRecovered        what a fault had stopped did not come back in time
-    ├── RunEnded            the run ended while something was still to happen to it
-    └── InvariantBroken     after a fault something is otherwise than it may be
+└── RehearsalFailed       a rehearsal could not be completed
+    ├── NotRecovered        the run did not recover from a fault in time
+    ├── RunEnded            the run ended before a fault could happen
+    └── InvariantBroken     an invariant does not hold after a fault
 """
 
 from protocol.errors import VantageError
 
 
 class RehearsalFailed(VantageError):
-    """A rehearsal could not be carried through."""
+    """A rehearsal could not be completed."""
 
 
 class NotRecovered(RehearsalFailed):
-    """What a fault had stopped did not come back in time."""
+    """The run did not recover from a fault in time."""
 
 
 class RunEnded(RehearsalFailed):
-    """The run ended while something was still to happen to it."""
+    """The run ended before a fault could happen."""
 
 
 class InvariantBroken(RehearsalFailed):
-    """After a fault something is otherwise than it may be."""
+    """An invariant does not hold after a fault."""

@@ -1,4 +1,4 @@
-"""Plays a schedule of faults on a run, one after the other, and says what came of it."""
+"""Injects a schedule of faults into a run, one after the other, and reports the result."""
 
 import math
 import time
@@ -20,20 +20,20 @@ from orchestrator.chaos.settings import rehearsal_config
 from orchestrator.chaos.step_limit import StepLimit
 from orchestrator.monitoring.live_display import Display, Snapshot
 from orchestrator.run.run_directory import resolved_toml
-from orchestrator.stop_request import StopRequest
 from protocol.config_file import load_config
+from protocol.system.stop_request import StopRequest
 
 HEAD_START = 0.1
-"""Seconds that a training goes on after it has waited at a step, and up to as many more, before a fault strikes it: not
-between two steps only."""
+"""Seconds that a training continues after it has waited at a step, and up to as many more, before a fault: so faults
+happen not only between two steps."""
 
 
 class Order(Struct, frozen=True, kw_only=True):
-    """What is to be rehearsed.
+    """A rehearsal to run.
 
     Attributes:
         scenarios: the fault classes to draw from, by name.
-        runs: the directory that both runs are made in.
+        runs: the directory for both runs.
     """
 
     config: Path
@@ -44,18 +44,18 @@ class Order(Struct, frozen=True, kw_only=True):
 
 
 def rehearse(order: Order, display: Display, stop: StopRequest) -> ChaosReport:
-    """Fly a configuration untouched and under faults, and compare.
+    """Train a configuration without faults and under faults, and compare.
 
     Raises:
-        RehearsalFailed: a run did not come to its end.
-        InvalidInput: it is too short for so many faults.
-        InvalidConfig: the configuration can't be used.
-        Interrupted: somebody asked us to stop; nothing is left running.
+        RehearsalFailed: a run did not finish.
+        InvalidInput: the run is too short for so many faults.
+        InvalidConfig: the configuration is invalid.
+        Interrupted: the command was asked to stop; no process is left running.
     """
     begun = time.monotonic()
-    show = Shown(display, "flying without faults, to compare with")
-    control = control_run(order.config, order.runs, stop, show)
+    show = Shown(display, "training without faults, for comparison")
     config = load_config(order.config)
+    control = control_run(order.config, config, order.runs, stop, show)
     drones = config.environment.num_envs
     schedule = plan(order.seed, order.faults, tuple(order.scenarios), control.steps, drones=drones)
     touched = order.runs / f"seed-{order.seed}-{datetime.now():%Y%m%d-%H%M%S}"
@@ -63,15 +63,15 @@ def rehearse(order: Order, display: Display, stop: StopRequest) -> ChaosReport:
     config_path = touched.with_name(touched.name + ".toml")
     config_path.write_bytes(resolved_toml(rehearsed))
     with RehearsedRun(config_path, touched, rehearsed.timeouts, stop, show) as run:
-        player = Player(run, order.scenarios, drones=drones, show=show)
-        player.play(schedule)
-        show.activity = "flying to the end"
+        injector = Injector(run, order.scenarios, drones=drones, show=show)
+        injector.inject(schedule)
+        show.activity = "training to the end"
         run.finish()
-        return _report(order, control, run, player, drones, time.monotonic() - begun)
+        return _report(order, control, run, injector, drones, time.monotonic() - begun)
 
 
 class Shown:
-    """Tells a display what goes on in a run."""
+    """Displays the progress of a run."""
 
     def __init__(self, display: Display, activity: str) -> None:
         self.activity = activity
@@ -79,19 +79,19 @@ class Shown:
         self._begun = time.monotonic()
 
     def __call__(self, run: RehearsedRun) -> None:
-        """Show how the run is now."""
+        """Show the present progress."""
         elapsed = time.monotonic() - self._begun
         self._display.show(Snapshot(activity=self.activity, elapsed=elapsed, progress=run.progress.last))
 
 
-class Player:
-    """Plays faults on a run, each at its step, when the run has recovered from the one before.
+class Injector:
+    """Injects faults into a run, each at its step, once the run has recovered from the one before.
 
-    A training that is faster than that waits, so that all of them are played on any machine.
+    A faster training waits, so that all faults happen on any machine.
 
     Attributes:
-        played: what happened, in order.
-        not_played: what did not, each with the reason.
+        played: the faults that happened, in order.
+        not_played: those that did not, each with the reason.
     """
 
     def __init__(self, run: RehearsedRun, scenarios: Mapping[str, MakeScenario], *, drones: int, show: Shown) -> None:
@@ -103,27 +103,27 @@ class Player:
         self._show = show
         self._limit = StepLimit(run.failpoints)
 
-    def play(self, schedule: Sequence[PlannedFault]) -> None:
-        """Begin the run, and play all of it; what does not happen before the run's end is noted."""
+    def inject(self, schedule: Sequence[PlannedFault]) -> None:
+        """Begin the run, and inject all faults; those that do not happen before its end are noted."""
         self._limit.move(schedule[0].step)
         self._run.begin()
         for number, planned in enumerate(schedule, 1):
             where = f"fault {number} of {len(schedule)}, {planned.scenario}"
             try:
-                self.played.append(self._play(planned, where))
+                self.played.append(self._inject(planned, where))
             except RunEnded as error:
                 self.not_played.append(f"{planned.scenario}: {error}")
         self._limit.lift()
 
-    def _play(self, planned: PlannedFault, where: str) -> PlayedFault:
+    def _inject(self, planned: PlannedFault, where: str) -> PlayedFault:
         scenario, run = self._scenarios[planned.scenario](planned.chance), self._run
-        self._show.activity = f"{where}: to come at step {planned.step}"
+        self._show.activity = f"{where}: due at step {planned.step}"
         self._limit.move(planned.step)
         run.wait(lambda: self._limit.is_reached, f"step {planned.step} came", patience=math.inf)
         scenario.setup(run)
         self._show.activity = f"{where}: under way"
         self._limit.move(planned.fault_until)
-        run.nap(HEAD_START * (1 + planned.chance))
+        run.sleep(HEAD_START * (1 + planned.chance))
         struck = scenario.fault(run)
         reached = min(max(run.progress.reached(struck), planned.step), planned.fault_until)
         self._show.activity = f"{where}: recovering"
@@ -138,9 +138,9 @@ class Player:
         )
 
     def _recover(self, scenario: Scenario, struck: float, reached: int) -> float:
-        """Wait for the recovery; seconds until the training was beyond where it had been."""
+        """Wait for the recovery; returns the seconds until the training was beyond the step that it had reached."""
         run = self._run
-        # One more step of all drones: what was reached is known to within that.
+        # One more step of all drones: the step that was reached is known to within that.
         beyond = reached + self._drones
         run.wait(
             lambda: self._limit.is_reached or run.progress.first_beyond(beyond, struck) is not None,
@@ -161,19 +161,19 @@ def _broken(invariant: Callable[[], None]) -> str | None:
 
 
 def _report(
-    order: Order, control: ControlRun, run: RehearsedRun, player: Player, drones: int, seconds: float
+    order: Order, control: ControlRun, run: RehearsedRun, injector: Injector, drones: int, seconds: float
 ) -> ChaosReport:
     comparison = compare(control.directory.path, run.directory.path, rows=control.steps // drones, drones=drones)
     summary = run.directory.summary()
-    unhurt = not player.not_played and not any(fault.broken for fault in player.played)
+    unhurt = not injector.not_played and not any(fault.broken for fault in injector.played)
     return ChaosReport(
         config=str(order.config),
         seed=order.seed,
         passed=comparison.identical and unhurt,
         comparison=comparison,
-        classes=by_class(player.played),
-        faults=tuple(player.played),
-        not_played=tuple(player.not_played),
+        classes=by_class(injector.played),
+        faults=tuple(injector.played),
+        not_played=tuple(injector.not_played),
         retries=summary.retries if summary else 0,
         late_replies=summary.late_replies if summary else 0,
         restarts=run.children.restarts | {"orchestrator": run.resumes},

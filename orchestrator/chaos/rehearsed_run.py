@@ -1,4 +1,4 @@
-"""A training by the real command, in processes of its own, to which things can be done."""
+"""A training by the real command, in processes of its own, that faults can be injected into."""
 
 import contextlib
 import os
@@ -16,7 +16,6 @@ from orchestrator.chaos.scenarios.children import MARK, Children, end, marked
 from orchestrator.run.json_lines import last_lines
 from orchestrator.run.run_directory import ProcessRecord, RunDirectory
 from orchestrator.run.socket_directory import sockets_of
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.launch import module_command
 from orchestrator.supervision.process_handle import creation_time
 from orchestrator.supervision.worker_process import ending
@@ -24,22 +23,23 @@ from protocol.config import TimeoutsConfig
 from protocol.failpoint import VARIABLE, Failpoints
 from protocol.messages import Role
 from protocol.system.process_start import process_start
+from protocol.system.stop_request import StopRequest
 
-LOOK_EVERY = 0.05
+POLL = 0.05
 PATIENCE = 300.0
-"""Seconds within which a run has to be as it should be again; a busy machine takes long to start a worker."""
-LAST_BREATH = 60.0
+"""Seconds within which a run has to recover; a busy machine takes long to start a worker."""
+STOP_PATIENCE = 60.0
 LAST_WORDS = 2
-"""Lines of the orchestrator's log that are quoted where it ends against expectation."""
+"""Lines of the orchestrator's log that are quoted when it fails."""
 KILL_PATIENCE = 10.0
 
 
 class RehearsedRun:
-    """A run and the orchestrator that works on it; none of their processes is left when this ends.
+    """A run and the orchestrator that works on it; all their processes have ended afterwards.
 
     Args:
-        path: the run directory to be made; logs and failpoints are kept beside it.
-        show: told what is going on, each time that it is looked at.
+        path: the run directory to make; logs and failpoints are beside it.
+        show: called at each poll.
     """
 
     def __init__(
@@ -76,12 +76,12 @@ class RehearsedRun:
         self._start("train", str(self._config), "--run", str(self.directory.path), "--no-evaluate")
 
     def resume(self) -> None:
-        """Have a new orchestrator go on with the run."""
+        """Start a new orchestrator that resumes the run."""
         self.resumes += 1
         self._start("resume", str(self.directory.path))
 
     def signal_orchestrator(self, number: signal.Signals) -> None:
-        """Stop, continue or kill the orchestrator; whoever kills it has to `resume`."""
+        """Stop, continue or kill the orchestrator; after a kill, the caller has to `resume`."""
         orchestrator = self._required()
         orchestrator.send_signal(number)
         if number is signal.SIGKILL:
@@ -90,16 +90,16 @@ class RehearsedRun:
 
     @property
     def orchestrator_pid(self) -> int | None:
-        """Its number; None where none works on the run."""
+        """The orchestrator's process id; None where none works on the run."""
         return self._orchestrator.pid if self._orchestrator else None
 
     @property
     def is_over(self) -> bool:
-        """Whether the orchestrator has brought the run to its end."""
+        """Whether the orchestrator has finished the run."""
         return self._orchestrator is not None and self._orchestrator.poll() == 0
 
     def orchestrator_record(self) -> ProcessRecord:
-        """The orchestrator as `workers.json` tells of the others.
+        """A record of the orchestrator, like those of the other processes in `workers.json`.
 
         Raises:
             RunEnded: none works on the run.
@@ -119,15 +119,15 @@ class RehearsedRun:
         )
 
     def now(self) -> float:
-        """Seconds of the clock that the agent's progress goes by, which nobody sets."""
+        """Seconds of the monotonic clock, which the agent's progress uses too."""
         return time.monotonic()
 
-    def look(self) -> None:
-        """Take in how the run is.
+    def poll(self) -> None:
+        """Read the run's progress and processes.
 
         Raises:
-            RehearsalFailed: its orchestrator has given up.
-            Interrupted: somebody asked us to stop.
+            RehearsalFailed: its orchestrator has failed.
+            Interrupted: the command was asked to stop.
         """
         self._stop.check()
         self.progress.read()
@@ -138,59 +138,59 @@ class RehearsedRun:
             raise RehearsalFailed(f"the orchestrator {ending(code)}: {self._last_words()} (log: {self._log})")
 
     def wait(self, until: Callable[[], bool], what: str, patience: float = PATIENCE) -> None:
-        """Watch the run until something holds.
+        """Poll the run until a condition holds.
 
         Raises:
             NotRecovered: it did not in time.
             RunEnded: the run came to its end before.
-            RehearsalFailed, Interrupted: as `look` does.
+            RehearsalFailed, Interrupted: as `poll` does.
         """
         deadline = time.monotonic() + patience
         while True:
             over = self.is_over
-            self.look()
+            self.poll()
             if until():
                 return
             if over:
                 raise RunEnded(f"the run ended before {what}")
             if time.monotonic() > deadline:
                 raise NotRecovered(f"{what} has not come within {patience:g} s")
-            self._stop.nap(LOOK_EVERY)
+            self._stop.sleep(POLL)
 
-    def nap(self, seconds: float) -> None:
-        """Watch the run for a while."""
-        end_of_nap = time.monotonic() + seconds
-        self.wait(lambda: time.monotonic() >= end_of_nap, "a pause was over")
+    def sleep(self, seconds: float) -> None:
+        """Poll the run for a number of seconds."""
+        deadline = time.monotonic() + seconds
+        self.wait(lambda: time.monotonic() >= deadline, "a pause was over")
 
     def finish(self) -> None:
-        """Wait for the end of the run, however long it takes."""
+        """Poll the run until its end, without a limit."""
         while not self.is_over:
-            self.look()
-            self._stop.nap(LOOK_EVERY)
+            self.poll()
+            self._stop.sleep(POLL)
         self.progress.read()
 
     def member(self, role: Role, chance: float) -> ProcessRecord:
-        """One of the living processes of a role, which one as `chance` in [0, 1) has it; waits until there is one."""
+        """One of the running processes of a role, chosen by `chance` in [0, 1); waits until there is one."""
         self.wait(lambda: bool(self.children.alive(role)), f"a process for {role.value} was there")
         alive = self.children.alive(role)
         return alive[int(chance * len(alive))]
 
     def successor(self, process: ProcessRecord) -> ProcessRecord | None:
-        """Who runs under the process's name in its place."""
+        """The process that replaced a process, under the same name; None before that."""
         same_name = (other for other in self.children.alive() if other.name == process.name)
-        return next((other for other in same_name if other.life != process.life), None)
+        return next((other for other in same_name if other.identity != process.identity), None)
 
     def stop_in_order(self) -> None:
-        """Have the orchestrator stop the run as Ctrl-C would."""
+        """Ask the orchestrator to stop the run, as Ctrl-C does."""
         if self._orchestrator is None or self._orchestrator.poll() is not None:
             return
         for number in (signal.SIGCONT, signal.SIGTERM):
             self._orchestrator.send_signal(number)
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._orchestrator.wait(LAST_BREATH)
+            self._orchestrator.wait(STOP_PATIENCE)
 
     def close(self) -> None:
-        """End whatever still belongs to the rehearsal."""
+        """End every process of the rehearsal."""
         if self._orchestrator is not None:
             if self._orchestrator.poll() is None:
                 self._orchestrator.kill()
@@ -220,9 +220,9 @@ class RehearsedRun:
         return self._orchestrator
 
     def _last_words(self) -> str:
-        # An error's sentence comes before the hint how to go on.
+        # The line before the last is the error, the last line is how to continue.
         words = [line.decode(errors="replace") for line in last_lines(self._log)[:LAST_WORDS]]
-        return "; ".join(reversed(words)) or "it said nothing"
+        return "; ".join(reversed(words)) or "its log is empty"
 
 
 def _beside(path: Path, suffix: str) -> Path:

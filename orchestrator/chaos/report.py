@@ -1,4 +1,4 @@
-"""What a rehearsal came to, for programs (`--json`) and for people."""
+"""The result of a rehearsal, as JSON and as text."""
 
 import statistics
 from collections.abc import Sequence
@@ -17,10 +17,10 @@ class PlayedFault(Struct, frozen=True, kw_only=True):
     """A fault that happened.
 
     Attributes:
-        step: environment steps of all drones, prefill included, that had been flown.
+        step: environment steps of all drones before the fault, prefill included.
         seconds: until the first progress beyond that step.
-        steps_again: flown a second time, since they came after the last checkpoint.
-        broken: the invariant that did not hold, in words.
+        steps_again: steps that were repeated, since they came after the last checkpoint.
+        broken: the invariant that did not hold, in words; None where all held.
     """
 
     scenario: str
@@ -31,7 +31,7 @@ class PlayedFault(Struct, frozen=True, kw_only=True):
 
 
 class ClassReport(Struct, frozen=True, kw_only=True):
-    """The faults of one class; seconds to recover, and steps flown again by the worst of them."""
+    """The faults of one class: seconds to recover, and the most steps that one of them repeated."""
 
     faults: int
     median_seconds: float
@@ -40,14 +40,16 @@ class ClassReport(Struct, frozen=True, kw_only=True):
 
 
 class ChaosReport(Struct, frozen=True, kw_only=True):
-    """What `chaos --json` prints.
+    """The output of `chaos --json`.
 
     Attributes:
-        passed: whether both runs came to the same, every fault happened and every invariant held.
-        not_played: faults that never happened, each with the reason.
-        retries, late_replies: as the agent's last process counted them.
-        restarts: of each process.
-        control_run_reused: whether the control run was there already, of the same configuration and code.
+        passed: whether both runs have equal results, every fault happened and every invariant held.
+        not_played: faults that did not happen, each with the reason.
+        retries, late_replies: counts of the agent's last process.
+        restarts: the number of restarts of each process.
+        control_run: the directory of the run without faults.
+        control_run_reused: whether an earlier rehearsal of the same configuration and code made it.
+        touched: the directory of the run under faults.
     """
 
     config: str
@@ -67,7 +69,7 @@ class ChaosReport(Struct, frozen=True, kw_only=True):
 
 
 def by_class(faults: Sequence[PlayedFault]) -> dict[str, ClassReport]:
-    """The faults gathered by class, in the order of their names."""
+    """The faults by class, in the order of their names."""
     gathered: dict[str, list[PlayedFault]] = {}
     for fault in faults:
         gathered.setdefault(fault.scenario, []).append(fault)
@@ -88,7 +90,7 @@ def report_view(report: ChaosReport) -> RenderableType:
     lines: list[RenderableType] = [
         Text.assemble(
             (f"{len(report.faults)} faults, seed {report.seed}: ", "bold"),
-            ("the same to the byte", "bold green") if same.identical else ("not the same", "bold red"),
+            ("equal byte for byte", "bold green") if same.identical else ("not equal", "bold red"),
             f", after {duration(report.seconds)}",
         ),
         Text(f"weights {_same(same.weights)}, episodes {_same(same.episodes)}, replay {_same(same.replay)}"),
@@ -98,8 +100,8 @@ def report_view(report: ChaosReport) -> RenderableType:
         *(Text(f"not played: {words}", "red") for words in report.not_played),
         _classes_table(report.classes),
         Text(_counts(report), "dim"),
-        Text(f"control run: {report.control_run}{' (flown before)' if report.control_run_reused else ''}"),
-        Text(f"touched: {report.touched}"),
+        Text(f"control run: {report.control_run}{' (reused)' if report.control_run_reused else ''}"),
+        Text(f"run under faults: {report.touched}"),
     ]
     return Group(*lines)
 

@@ -1,4 +1,4 @@
-"""The transitions of a replay journal: rows of one size in files that are read one after the other."""
+"""The transitions of a replay journal: rows of equal size in files that are read one after the other."""
 
 import hashlib
 from collections import Counter
@@ -8,10 +8,10 @@ from orchestrator.chaos.errors import RehearsalFailed
 
 
 def row_bytes(journal: Path, rows: int) -> int:
-    """Bytes of a row, of a journal that is known to have so many; 1 for an empty one.
+    """The bytes of a row in a journal with so many rows; 1 for an empty journal.
 
     Raises:
-        RehearsalFailed: its bytes can't be so many rows of one size.
+        RehearsalFailed: its size is no multiple of the number of rows.
     """
     size = sum(path.stat().st_size for path in segments(journal))
     if size == 0:
@@ -22,7 +22,7 @@ def row_bytes(journal: Path, rows: int) -> int:
 
 
 def row_counts(journal: Path, size: int) -> Counter[bytes]:
-    """How often each row is in the journal, by its digest; what is left of a torn row counts as one of its own."""
+    """How often each row occurs in the journal, by its digest; a torn row counts as another row."""
     counts: Counter[bytes] = Counter()
     for path in segments(journal):
         with path.open("rb") as file:
@@ -32,5 +32,5 @@ def row_counts(journal: Path, size: int) -> Counter[bytes]:
 
 
 def segments(journal: Path) -> list[Path]:
-    """The files, in the order in which they were written."""
+    """The files of a journal, in the order in which they were written."""
     return sorted(path for path in journal.rglob("*") if path.is_file())

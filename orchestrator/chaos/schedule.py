@@ -1,4 +1,4 @@
-"""Which fault strikes when: a pure function of the seed, so that a rehearsal can be done again."""
+"""The schedule of faults: a pure function of the seed, so that a rehearsal can be repeated."""
 
 import math
 import random
@@ -9,24 +9,24 @@ from msgspec import Struct
 from protocol.errors import InvalidInput
 
 FIRST, LAST = 0.03, 0.90
-"""Shares of a run between which faults strike; what the last ones undo still has to be flown again."""
+"""Shares of a run between which faults happen; the run still has to repeat the steps that the last fault loses."""
 STRIKE, CHECKPOINT = 0.25, 0.5
-"""Shares of the stretch of a run that a fault has to itself: it strikes within the first, and there is a checkpoint
-after no more than the second. What is left is for the recovery."""
+"""Shares of the interval of a run that each fault has: the fault happens within the first share, and a checkpoint comes
+within the second. The rest is for the recovery."""
 RECOVERY = 2
-"""Steps of every drone that a training has for going beyond where it was struck, if it needs all others before."""
+"""Steps of every drone that are left for the recovery, if the fault takes all steps before."""
 SHORTEST = 20
-"""Steps of every drone in a stretch. A quarter of it has to be `RECOVERY` and three that are lost to rounding."""
+"""Steps of every drone in an interval. A quarter of it has to hold `RECOVERY`, and three steps lost to rounding."""
 
 
 class PlannedFault(Struct, frozen=True, kw_only=True):
-    """One fault to come; steps are environment steps of all drones, prefill included.
+    """One scheduled fault; steps are environment steps of all drones, prefill included.
 
     Attributes:
-        step: at which it strikes: the training waits there until it is about to.
-        fault_until: beyond which the training does not go while the fault happens. A checkpoint comes before.
-        recovery_until: beyond which it does not go before it has recovered.
-        chance: in [0, 1), for what the scenario leaves open, such as which of several workers it is.
+        step: the step of the fault; the training waits there until the fault is prepared.
+        fault_until: the step that the training does not pass during the fault; a checkpoint comes before it.
+        recovery_until: the step that the training does not pass before it has recovered.
+        chance: in [0, 1), for what the scenario leaves open, such as the choice of a worker.
     """
 
     scenario: str
@@ -37,12 +37,12 @@ class PlannedFault(Struct, frozen=True, kw_only=True):
 
 
 def plan(seed: int, faults: int, scenarios: Sequence[str], steps: int, *, drones: int) -> tuple[PlannedFault, ...]:
-    """So many faults over a run of so many steps, in the order in which they strike.
+    """A schedule of faults over a run, in order.
 
-    Every scenario has its turn before any has a second one, and each fault a stretch of the run to itself.
+    Every scenario occurs once before any occurs again, and each fault has an interval of the run to itself.
 
     Raises:
-        InvalidInput: the run is too short for so many.
+        InvalidInput: the run is too short for so many faults.
     """
     most = int((LAST - FIRST) * steps / (SHORTEST * drones))
     if faults > most:
@@ -57,12 +57,12 @@ def plan(seed: int, faults: int, scenarios: Sequence[str], steps: int, *, drones
 
 
 def steps_to_a_checkpoint(faults: int, steps: int) -> int:
-    """The most steps between two checkpoints with which one comes in the stretch of every fault."""
+    """The most steps between two checkpoints such that one comes in the interval of every fault."""
     return int(CHECKPOINT * _stretch(faults, steps))
 
 
 def strike_times(seed: int, mean: float, seconds: float) -> tuple[float, ...]:
-    """Moments, in seconds from the beginning, of faults that strike at random and at this rate, up to `seconds`."""
+    """The times of faults as a Poisson process with this mean interval, in seconds from the start, up to `seconds`."""
     rng = random.Random(seed)
     moments: list[float] = []
     moment = rng.expovariate(1 / mean)
@@ -73,12 +73,12 @@ def strike_times(seed: int, mean: float, seconds: float) -> tuple[float, ...]:
 
 
 def _stretch(faults: int, steps: int) -> float:
-    """Steps of a run that each fault has to itself."""
+    """The interval of each fault, in steps."""
     return (LAST - FIRST) * steps / max(faults, 1)
 
 
 def _planned(rng: random.Random, scenario: str, begin: float, stretch: float, drones: int) -> PlannedFault:
-    """A fault in a stretch of a run; a training can wait where all its drones have flown the same steps."""
+    """A fault in an interval of a run; its steps are those at which all drones have flown equally many."""
     end = math.floor((begin + stretch) / drones)
     return PlannedFault(
         scenario=scenario,

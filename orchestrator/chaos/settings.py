@@ -1,4 +1,4 @@
-"""A configuration as a rehearsal runs it: what no result depends on is set so that every fault can happen soon."""
+"""The configuration of a rehearsal: settings that change no result are set so that every fault can happen soon."""
 
 from msgspec.structs import replace
 
@@ -6,20 +6,20 @@ from orchestrator.chaos.schedule import steps_to_a_checkpoint
 from protocol.config import RunConfig, TimeoutsConfig
 
 CALL, PROGRESS = 20.0, 28.0
-"""A reply that is later than its deadline must not be so late that its worker is taken for hung."""
+"""A late reply must not be so late that its worker counts as hung."""
 HEARTBEAT = 2.0
-"""Long enough for a worker to be killed, started again and to answer between two pings."""
+"""Long enough for a worker to be killed, restarted and to answer between two pings."""
 RESTARTS = 100
-"""Within a minute: the budget is for crashes that nobody ordered."""
+"""Within a minute: the budget is meant for crashes outside a rehearsal."""
 
 
 def rehearsal_config(config: RunConfig, faults: int, steps: int) -> RunConfig:
-    """The configuration for a run under so many faults, of so many steps in all.
+    """The configuration for a run of so many steps under so many faults.
 
-    Another rhythm of pings, deadlines, checkpoints and restarts: none of them changes what a training comes to, which
-    the comparison with a run that was flown without them shows as well.
+    It has other intervals of pings, deadlines, checkpoints and restarts. None of them changes the result of a training,
+    which the comparison with the control run confirms.
     """
-    # A death at a checkpoint waits for one.
+    # A kill at a checkpoint waits for the next one.
     every = min(config.training.checkpoint_every, steps_to_a_checkpoint(faults, steps))
     return replace(
         config,

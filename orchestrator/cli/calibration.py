@@ -1,4 +1,4 @@
-"""`orchestrator calibration`: uncertainty in metres, fitted and shown by the perception worker's own command."""
+"""`orchestrator calibration`: fits and shows uncertainty in metres, by the perception worker's own command."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,10 +7,10 @@ import typer
 
 from orchestrator.cli.options import examples
 from orchestrator.cli.setup_command import run_setup
-from orchestrator.stop_request import stop_on_signals
+from protocol.system.stop_request import stop_on_signals
 
 calibration_app = typer.Typer(
-    help="Uncertainty in metres: what a joint's error is expected to be, and a radius that holds it.",
+    help="Uncertainty in metres: the expected error of each joint, and a radius that contains it.",
     no_args_is_help=True,
 )
 
@@ -19,20 +19,22 @@ calibration_app = typer.Typer(
     "fit", epilog=examples("orchestrator calibration fit runs/experiments/train/qoe.parquet mine.msgpack")
 )
 def fit(
-    table: Annotated[Path, typer.Argument(metavar="TABLE", help="Of 'orchestrator experiment qoe --split train'.")],
-    output: Annotated[Path, typer.Argument(metavar="FILE", help="Where to put the calibration.")],
+    table: Annotated[
+        Path, typer.Argument(metavar="TABLE", help="The table of 'orchestrator experiment qoe --split train'.")
+    ],
+    output: Annotated[Path, typer.Argument(metavar="FILE", help="The file for the calibration.")],
 ) -> None:
-    """Fit a calibration to a table of people whose truth is known; `perception.calibration` selects it."""
+    """Fit a calibration to a table of views with known truth; `perception.calibration` selects it."""
     _run("fit", str(table), "--output", str(output))
 
 
 @calibration_app.command("show", epilog=examples("orchestrator calibration show"))
 def show(
     file: Annotated[
-        Path | None, typer.Argument(metavar="FILE", help="A calibration.", show_default="those that are shipped")
+        Path | None, typer.Argument(metavar="FILE", help="A calibration.", show_default="the shipped ones")
     ] = None,
 ) -> None:
-    """Tell what a calibration is for, and where it comes from."""
+    """Show what a calibration is for, and where it comes from."""
     _run("show", *([] if file is None else [str(file)]))
 
 

@@ -1,4 +1,4 @@
-"""`orchestrator experiment`: measures how far an estimate and its quality can be trusted."""
+"""`orchestrator experiment`: measures the error of pose estimates, and how well their quality predicts it."""
 
 import importlib.util
 import os
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from orchestrator.experiments.workers import WorkerPools
 
 experiment_app = typer.Typer(
-    help="How far poses and their quality can be trusted, measured on many views.", no_args_is_help=True
+    help="Experiments: the error of pose estimates and how well their quality predicts it.", no_args_is_help=True
 )
 
 WorkersOption = Annotated[int | None, typer.Option(min=1, help="Perception workers.", show_default="one for each core")]
@@ -51,16 +51,17 @@ WorkersOption = Annotated[int | None, typer.Option(min=1, help="Perception worke
 )
 def qoe(
     config: Annotated[
-        Path | None, typer.Argument(metavar="[CONFIG]", help="Of the workers.", show_default="every default")
+        Path | None,
+        typer.Argument(metavar="[CONFIG]", help="The configuration of the workers.", show_default="every default"),
     ] = None,
     frames: Annotated[int, typer.Option(min=1, help="How many views.")] = 5000,
-    split: Annotated[Split, typer.Option(help="Of whose people.")] = "test",
+    split: Annotated[Split, typer.Option(help="The split of identities.")] = "test",
     seed: Annotated[int, typer.Option(min=0, help="Of the views.")] = 0,
     noise: Annotated[
-        Literal["both", "none", "d435i"], typer.Option(help="Of the depth; with both, each view is taken twice.")
+        Literal["both", "none", "d435i"], typer.Option(help="Of the depth; with both, each view is rendered twice.")
     ] = "both",
     poses: Annotated[
-        Literal["kinds", "families"], typer.Option(help="Of the people; families are poses that no training draws.")
+        Literal["kinds", "families"], typer.Option(help="Of the people; families are poses that occur in no training.")
     ] = "kinds",
     workers: WorkersOption = None,
     join: JoinOption = None,
@@ -71,19 +72,19 @@ def qoe(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Where it goes; families have -families appended.",
+            help="The directory; families have -families appended.",
             show_default="runs/experiments/qoe-SPLIT-SEED",
         ),
     ] = None,
     views_a_scene: Annotated[
-        int, typer.Option(min=1, help="Views in a row of one scene: making another takes as long as nine pictures.")
+        int, typer.Option(min=1, help="Views in a row of one scene: making a scene takes as long as nine pictures.")
     ] = 4,
-    frames_a_part: Annotated[int, typer.Option(min=1, help="Views that a kill costs at most.", hidden=True)] = 250,
+    frames_a_part: Annotated[int, typer.Option(min=1, help="Views that a kill loses at most.", hidden=True)] = 250,
     json: JsonOption = False,
 ) -> None:
-    """Observe many views, and tell how far each joint and its quality can be trusted, with tables and plots.
+    """Observe many views, and report the error of each joint and how well its quality predicts it.
 
-    Stopped or killed, the same command goes on where it was.
+    After a stop or a kill, the same command continues where it was.
     """
     _require_libraries()
     from orchestrator.experiments import qoe as experiment
@@ -114,7 +115,7 @@ def qoe(
 @experiment_app.command("flights", epilog=examples("orchestrator experiment flights runs/experiments/qoe-test-0"))
 def flights(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="An experiment's directory.", show_default=False)],
-    scenes: Annotated[int, typer.Option(min=1, help="Each is flown around and approached, with each noise.")] = 20,
+    scenes: Annotated[int, typer.Option(min=1, help="Each is orbited and approached, with each noise.")] = 20,
     steps: Annotated[int, typer.Option(min=2, help="Pictures of each flight.")] = 40,
     workers: WorkersOption = None,
     join: JoinOption = None,
@@ -123,9 +124,9 @@ def flights(
     insecure: InsecureOption = False,
     json: JsonOption = False,
 ) -> None:
-    """Fly about the people of an experiment with the Kalman filter, and tell what its posterior is worth.
+    """Fly around the people of an experiment with the Kalman filter, and report the quality of its posterior.
 
-    Configuration, seed, people and noise are the experiment's. Stopped or killed, the same command goes on.
+    Configuration, seed, people and noise are the experiment's. After a stop or a kill, the same command continues.
     """
     _require_libraries()
     from orchestrator.experiments import flights as flying
@@ -133,8 +134,9 @@ def flights(
     from orchestrator.experiments.workers import with_workers
 
     found = ExperimentDirectory.open(directory)
-    require_recorded_files(found.config())
-    views, settings = found.views(), with_workers(found.config(), worker_count(workers, join))
+    recorded = found.config()
+    require_recorded_files(recorded)
+    views, settings = found.views(), with_workers(recorded, worker_count(workers, join))
     flight_set = flying.FlightSet(scenes=scenes, steps=steps, depth_noises=views.depth_noises)
     found.require_same(found.flight_set_path, flight_set)
     parts = flying.flight_parts(found, flight_set)
@@ -154,11 +156,11 @@ def figures(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="An experiment's directory.", show_default=False)],
     page: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write the page there too, and its plots into images/ beside it."),
+        typer.Option(metavar="FILE", help="Also write the page to this file, and its plots to images/ beside it."),
     ] = None,
     json: JsonOption = False,
 ) -> None:
-    """Work out an experiment's figures, page and plots anew from its tables."""
+    """Compute an experiment's figures, page and plots again from its tables."""
     _require_libraries()
     from orchestrator.experiments.directory import ExperimentDirectory
 
@@ -172,7 +174,7 @@ def _complete(
     host: Join | None,
     observe: Callable[["WorkerPools"], None],
 ) -> None:
-    """Have the parts of a table made that are missing, and the table of them."""
+    """Make the missing parts of a table, and join them."""
     from orchestrator.experiments.qoe import provenance
     from orchestrator.experiments.workers import experiment_workers
 
@@ -185,7 +187,9 @@ def _complete(
                 versions = collect_versions(PROCESS_ENVIRONMENT)
                 parts.join(provenance(settings, directory.views(), versions, workers.capabilities()))
         except VantageError as error:
-            error.add_note(f"what was observed is kept in {directory.path}: the same command goes on from there")
+            error.add_note(
+                f"the parts observed so far are kept in {directory.path}: the same command continues from there"
+            )
             raise
 
 
@@ -193,7 +197,7 @@ def _print_results(directory: "ExperimentDirectory", json: bool, page: Path | No
     from orchestrator.experiments.results import publish, work_out
 
     for file in (directory.page_path, *([] if page is None else [page])):
-        # Before the figures, which take their time.
+        # Before the figures, which take long.
         require_place(file)
     results = work_out(directory)
     if page is not None:
@@ -207,9 +211,9 @@ def _print_results(directory: "ExperimentDirectory", json: bool, page: Path | No
 
 
 def _require_libraries() -> None:
-    """Raise `InvalidInput` where the extra that experiments need is not installed.
+    """Raise `InvalidInput` if the extra that experiments need is not installed.
 
-    Their modules are loaded by the commands: these libraries take their time, and no other command needs them.
+    The commands import the experiments' modules: these libraries load slowly, and no other command needs them.
     """
     if lacking := [name for name in ("pyarrow", "scipy", "matplotlib") if importlib.util.find_spec(name) is None]:
         raise InvalidInput(f"experiments need {', '.join(lacking)}; install vantage's extra 'experiments'")

@@ -1,4 +1,4 @@
-"""`orchestrator lifter`: renders what a lifter learns from, and has the perception worker's own command fit it."""
+"""`orchestrator lifter`: renders the training views of a lifter, and fits it by the perception worker's own command."""
 
 import os
 from pathlib import Path
@@ -18,11 +18,11 @@ from orchestrator.cli.options import (
 from orchestrator.cli.setup_command import run_setup
 from orchestrator.hosting.joining import Join, join_of
 from orchestrator.run.versions import collect_versions
-from orchestrator.stop_request import stop_on_signals
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 from protocol.config import RunConfig
 from protocol.config_file import load_config, with_checksums
 from protocol.errors import VantageError
+from protocol.system.stop_request import stop_on_signals
 
 if TYPE_CHECKING:
     from orchestrator.lifter.directory import FitDirectory
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _MODULE = "perception_worker.lifter"
 
 lifter_app = typer.Typer(
-    help="A lifter that has learned where a body's joints are, and how far off each may be.", no_args_is_help=True
+    help="A learned lifter: the 3D positions of a body's joints, and the uncertainty of each.", no_args_is_help=True
 )
 
 
@@ -43,15 +43,18 @@ lifter_app = typer.Typer(
 )
 def fit(
     config: Annotated[
-        Path | None, typer.Argument(metavar="[CONFIG]", help="Of the workers.", show_default="every default")
+        Path | None,
+        typer.Argument(metavar="[CONFIG]", help="The configuration of the workers.", show_default="every default"),
     ] = None,
-    frames: Annotated[int, typer.Option(min=1, help="How many views it learns from.")] = 60000,
-    seed: Annotated[int, typer.Option(min=0, help="Of the views, and of what is drawn in training.")] = 0,
+    frames: Annotated[int, typer.Option(min=1, help="How many views to learn from.")] = 60000,
+    seed: Annotated[int, typer.Option(min=0, help="Of the views and of the training.")] = 0,
     wide: Annotated[
         float,
-        typer.Option(min=0, max=1, help="Share of the scenes in poses of the widest ranges, not the eight kinds'."),
+        typer.Option(
+            min=0, max=1, help="Share of the scenes with poses of the widest ranges instead of the eight kinds."
+        ),
     ] = 0.65,
-    epochs: Annotated[int, typer.Option(min=1, help="How often it sees each view.")] = 40,
+    epochs: Annotated[int, typer.Option(min=1, help="How often each view is learned from.")] = 40,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Perception workers.", show_default="one for each core")
     ] = None,
@@ -59,12 +62,13 @@ def fit(
     key: KeyOption = None,
     allowed: AllowedOption = None,
     insecure: InsecureOption = False,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Where it goes.", show_default="runs/lifter")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="The directory for the fit.", show_default="runs/lifter")
+    ] = None,
 ) -> None:
     """Render views of train identities, and fit a lifter on them; `perception.lifter` selects it.
 
-    Stopped or killed, the same command goes on where it was: with the next part of its views, or the next epoch of its
-    training.
+    After a stop or a kill, the same command continues with the next part of the views, or the next epoch.
     """
     from orchestrator.experiments.workers import with_workers
     from orchestrator.lifter.directory import DEFAULT_PATH, FitDirectory
@@ -85,15 +89,15 @@ def fit(
 )
 def show(
     file: Annotated[
-        Path | None, typer.Argument(metavar="FILE", help="A lifter.", show_default="those that are shipped")
+        Path | None, typer.Argument(metavar="FILE", help="A lifter.", show_default="the shipped ones")
     ] = None,
 ) -> None:
-    """Tell what a lifter is for, where it comes from, and how sure it is."""
+    """Show what a lifter is for, where it comes from, and how certain it is."""
     _run("show", *([] if file is None else [str(file)]))
 
 
 def _observe(directory: "FitDirectory", settings: RunConfig, host: Join | None) -> None:
-    """Have the parts of the table made that are missing, and the table of them."""
+    """Make the missing parts of the table, and join them."""
     from orchestrator.experiments.qoe import provenance
     from orchestrator.experiments.workers import experiment_workers
     from orchestrator.lifter.observing import observe_fit_views
@@ -108,7 +112,9 @@ def _observe(directory: "FitDirectory", settings: RunConfig, host: Join | None) 
                 versions = collect_versions(PROCESS_ENVIRONMENT)
                 parts.join(provenance(settings, directory.views(), versions, workers.capabilities()))
         except VantageError as error:
-            error.add_note(f"what was observed is kept in {directory.path}: the same command goes on from there")
+            error.add_note(
+                f"the parts observed so far are kept in {directory.path}: the same command continues from there"
+            )
             raise
 
 

@@ -1,4 +1,4 @@
-"""`orchestrator models`, `bodies` and `keys`: what a machine is given once, before anything runs on it."""
+"""`orchestrator models`, `bodies` and `keys`: the set-up of a machine."""
 
 from pathlib import Path
 from typing import Annotated
@@ -8,18 +8,16 @@ import typer
 from orchestrator import keys
 from orchestrator.cli.options import JsonOption, examples
 from orchestrator.cli.setup_command import run_setup
-from orchestrator.stop_request import stop_on_signals
 from orchestrator.terminal.output import print_json, print_line, show
 from protocol.messages import Role
+from protocol.system.stop_request import stop_on_signals
 
 models_app = typer.Typer(help="The pose networks in the user's cache.", no_args_is_help=True)
 bodies_app = typer.Typer(help="The bodies in the user's cache.", no_args_is_help=True)
-keys_app = typer.Typer(
-    help="The keys under which processes on several machines speak with each other.", no_args_is_help=True
-)
+keys_app = typer.Typer(help="The keys for connections between machines.", no_args_is_help=True)
 
-KeysOption = Annotated[Path, typer.Option("--dir", help="Where the keys and the list of allowed ones are.")]
-ForceOption = Annotated[bool, typer.Option("--force", help="Make it anew even if it is there.")]
+KeysOption = Annotated[Path, typer.Option("--dir", help="The directory of the keys and of the list of allowed keys.")]
+ForceOption = Annotated[bool, typer.Option("--force", help="Make it again even if it exists.")]
 
 
 @models_app.command("pull", epilog=examples("orchestrator models pull", "orchestrator models pull movenet_thunder"))
@@ -28,36 +26,36 @@ def pull_models(
     everything: Annotated[bool, typer.Option("--all", help="Every network known by name.")] = False,
     force: ForceOption = False,
 ) -> None:
-    """Fetch pose networks into the user's cache, unless they are there and whole."""
+    """Fetch pose networks into the user's cache, unless they are there and intact."""
     flags = [*(["--all"] if everything else []), *(["--force"] if force else [])]
     _run_setup("perception_worker.networks.models", "pull", *flags, *(names or []))
 
 
 @models_app.command("list", epilog=examples("orchestrator models list", "orchestrator models list --json"))
 def list_models(json: JsonOption = False) -> None:
-    """Say which pose networks are known by name, and whether each is in the user's cache."""
+    """List the pose networks that are known by name, and whether each is in the user's cache."""
     _run_setup("perception_worker.networks.models", "list", *(["--json"] if json else []))
 
 
 @bodies_app.command("bake", epilog=examples("orchestrator bodies bake"))
 def bake_bodies(force: ForceOption = False) -> None:
-    """Make the file of bodies in the user's cache, unless it is there and whole (about two minutes)."""
+    """Make the file of bodies in the user's cache, unless it is there and intact (about two minutes)."""
     _run_setup("render_worker.bake", *(["--force"] if force else []))
 
 
 @keys_app.command("new", epilog=examples("orchestrator keys new gpu-box --role render"))
 def new_key(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="What to call it.", show_default=False)],
-    role: Annotated[Role, typer.Option(help="What its holder may be.", show_default=False)],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="The name of the key.", show_default=False)],
+    role: Annotated[Role, typer.Option(help="The role that its holder may have.", show_default=False)],
     directory: KeysOption = Path("keys"),
 ) -> None:
-    """Make a key, and allow it. Copy its file and allowed.json to the machine that is to have it."""
+    """Make a key, and allow it. Copy its file and allowed.json to the machine that uses it."""
     print_line(keys.new_key(directory, name, role))
 
 
 @keys_app.command("list", epilog=examples("orchestrator keys list", "orchestrator keys list --json"))
 def list_keys(directory: KeysOption = Path("keys"), json: JsonOption = False) -> None:
-    """Say which keys there are, and which of them count."""
+    """List the keys, and which of them are allowed."""
     found = keys.listed_keys(directory)
     if json:
         print_json(found.keys)
@@ -67,10 +65,10 @@ def list_keys(directory: KeysOption = Path("keys"), json: JsonOption = False) ->
 
 @keys_app.command("revoke", epilog=examples("orchestrator keys revoke gpu-box"))
 def revoke_key(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Which key.", show_default=False)],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="The name of the key.", show_default=False)],
     directory: KeysOption = Path("keys"),
 ) -> None:
-    """Let a key count no more: at once where allowed.json is this file, elsewhere when it has been copied there."""
+    """Revoke a key: here at once, on other machines once allowed.json is copied there."""
     keys.revoke_key(directory, name)
 
 

@@ -1,27 +1,27 @@
-"""A room's own set-up command, run as a process so that the orchestrator needs nothing of what the room needs."""
+"""Runs a room's own set-up command as a process, so that the orchestrator needs none of the room's packages."""
 
 import subprocess
 
-from orchestrator.errors import Interrupted
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.launch import module_command
+from protocol.errors import Interrupted
+from protocol.system.stop_request import StopRequest
 
 STOP_PATIENCE = 10.0
-"""Seconds to clean up working files."""
+"""Seconds for the command to remove its working files."""
 POLL = 0.2
 
 
 def run_setup(module: str, *arguments: str, stop: StopRequest) -> int:
-    """Run `python -m MODULE ARGUMENTS…`, its words going where ours go, and return its exit code.
+    """Run `python -m MODULE ARGUMENTS…` on our stdout and stderr, and return its exit code.
 
     Raises:
-        Interrupted: somebody asked to stop; the command has cleaned up behind itself.
+        Interrupted: we were asked to stop; the command has removed its working files.
     """
-    # A process group of its own: Ctrl-C reaches us alone, and we let the command clean up.
+    # A process group of its own: Ctrl-C reaches us alone, and we end the command in order.
     with subprocess.Popen(module_command(module, *arguments), stdin=subprocess.DEVNULL, process_group=0) as command:
         try:
             while command.poll() is None and not stop.is_asked:
-                stop.nap(POLL, until=lambda: command.poll() is not None)
+                stop.sleep(POLL, until=lambda: command.poll() is not None)
         finally:
             _end(command)
     if stop.is_asked:

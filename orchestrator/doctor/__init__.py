@@ -1,6 +1,6 @@
-"""Whether this machine has what Vantage needs, and what to do about each thing that it lacks.
+"""Checks whether this machine has what Vantage needs, and says what to do about each thing that it lacks.
 
-The doctor does what a run does, so that what would fail there fails here.
+Each check does what a run does, so that it fails where the run would fail.
 """
 
 from collections.abc import Callable, Iterator
@@ -18,7 +18,7 @@ __all__ = ["Check", "all_checks", "all_needed_passed", "checks_table", "done"]
 
 
 def all_checks() -> Iterator[Check]:
-    """Every check, one after the other, quick ones first."""
+    """The results of all checks, quick ones first."""
     declared = tuple(requirements())
     checks: dict[str, Callable[[], Check]] = {
         "Python": machine.check_python,
@@ -41,7 +41,7 @@ def all_checks() -> Iterator[Check]:
 
 
 def done(name: str, check: Callable[[], Check]) -> Check:
-    """What a check comes to; one that the system does not let end has failed, and the others go on."""
+    """Run a check; an error of ours or of the system counts as a failed check."""
     try:
         return check()
     except VantageError as error:

@@ -1,4 +1,4 @@
-"""What the doctor says of one thing."""
+"""The result of one check."""
 
 from collections.abc import Iterable
 
@@ -9,9 +9,9 @@ class Check(Struct, frozen=True, kw_only=True):
     """One line of the doctor's list.
 
     Attributes:
-        needed: whether nothing works without it; else it is only slower.
-        found: what is there.
-        remedy: what to do where it failed; empty where it passed.
+        needed: whether Vantage can't run without it; otherwise it only runs slower.
+        found: what the check found.
+        remedy: what to do about a failure; empty where it passed.
     """
 
     name: str

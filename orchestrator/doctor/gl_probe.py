@@ -1,10 +1,10 @@
-"""Says which OpenGL renderer this machine has; `doctor` runs it as a process, since a bad driver may crash it."""
+"""Prints the OpenGL renderer of this machine; `doctor` runs it as a process, since a bad driver may crash it."""
 
 import sys
 
 
 def main() -> int:
-    """Write the renderer's name, or say on stderr why there is none."""
+    """Print the renderer's name, or on stderr why there is none."""
     # Only machines that render have it.
     import moderngl
 

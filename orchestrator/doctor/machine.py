@@ -1,4 +1,4 @@
-"""Whether the machine itself lets a run do what it has to."""
+"""Checks of the machine itself."""
 
 import platform
 import shutil
@@ -35,7 +35,7 @@ def check_python(version: tuple[int, ...] = sys.version_info[:3]) -> Check:
 
 
 def check_cores() -> Check:
-    """Rendering and perceiving overlap only on two cores."""
+    """At least two cores, so that rendering and perceiving overlap."""
     cores = available_cores()
     enough = cores >= LEAST_CORES
     remedy = "" if enough else "it works, at about half the speed; more cores help"
@@ -51,7 +51,7 @@ def check_memory(available: int | None = None) -> Check:
 
 
 def check_disk(folder: Path | None = None) -> Check:
-    """Runs are written where the command is called."""
+    """Runs are written below the current directory."""
     folder = folder or Path.cwd()
     free = shutil.disk_usage(folder).free
     enough = free >= LEAST_DISK
@@ -82,22 +82,22 @@ def check_files(runs: Path = RUNS) -> Check:
     nearest = next(folder for folder in (runs, *runs.absolute().parents) if folder.is_dir())
     with tempfile.TemporaryDirectory(prefix=".vantage-doctor-", dir=nearest) as directory:
         folder = Path(directory)
-        with directory_lock(folder, 0.0, "somebody else has locked it"), whole_file(folder / "file") as aside:
+        with directory_lock(folder, 0.0, "another process has locked it"), whole_file(folder / "file") as aside:
             aside.write_bytes(b"written")
     return Check(name="files", passed=True, found=f"written and locked in {nearest.absolute()}")
 
 
 def check_cache() -> Check:
-    """There is a place for what set-up makes.
+    """There is a cache directory for the files that set-up makes.
 
     Raises:
-        Unavailable: the user has no home, and no place was named.
+        Unavailable: the user has no home, and `VANTAGE_CACHE` names no place.
     """
     return Check(name="cache", passed=True, found=str(cache_directory()))
 
 
 def check_own_name() -> Check:
-    """The machine knows itself by the name that it tells others."""
+    """The machine can resolve its own host name, which it tells other machines."""
     name = socket.gethostname()
     try:
         found = sorted({str(at[4][0]) for at in socket.getaddrinfo(name, None)})

@@ -1,4 +1,4 @@
-"""Whether each room's packages are there."""
+"""Checks of each room's packages."""
 
 from collections.abc import Iterable
 
@@ -11,7 +11,7 @@ ROOMS = ("render", "perception", "agent", "orchestrator")
 
 
 def check_packages(room: str, declared: Iterable[Requirement]) -> Check:
-    """A room's packages are there, in versions that it can use."""
+    """A room's packages are installed, in versions that it can use."""
     wanted = [requirement for requirement in declared if belongs_to(requirement, room)]
     lacking = [str(requirement.name) + str(requirement.specifier) for requirement in wanted if not is_met(requirement)]
     own = [requirement for requirement in wanted if requirement.marker is not None]
@@ -24,11 +24,11 @@ def check_packages(room: str, declared: Iterable[Requirement]) -> Check:
 
 
 def belongs_to(requirement: Requirement, room: str) -> bool:
-    """Whether a room needs a package that Vantage's metadata names: its own extra's, or everybody's."""
+    """Whether a room needs a package that Vantage's metadata names: one of its extra, or one of all rooms."""
     return requirement.marker is None or requirement.marker.evaluate({"extra": room})
 
 
 def is_met(requirement: Requirement) -> bool:
-    """Whether it is installed in a version that was asked for."""
+    """Whether it is installed in a required version."""
     version = installed_version(requirement.name)
     return version is not None and requirement.specifier.contains(version, prereleases=True)

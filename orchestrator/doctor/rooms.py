@@ -1,6 +1,6 @@
-"""Whether each room can do what it does in a run, tried by a process of its own.
+"""Checks whether each room can do its work, each in a process of its own.
 
-A bad driver may crash it, and none of the rooms' packages is wanted in the orchestrator.
+A bad driver may crash the process, and the orchestrator loads none of the rooms' packages.
 """
 
 import os
@@ -19,7 +19,7 @@ from render_worker.assets import assets_path, load_assets
 load_assets(assets_path())
 print(f"{assets_path()} is there and whole")
 """
-"""The render room has no command that only looks."""
+"""The render room has no command that only checks the bodies."""
 MAKE_LEARNER = """
 from agent.learning.algorithms import make_learner
 from protocol.config import RunConfig
@@ -30,7 +30,7 @@ print(f"a learner by {config.learner.algorithm} is made")
 
 
 def check_opengl() -> Check:
-    """Something can render without a screen."""
+    """A renderer works without a screen."""
     return probe(
         "OpenGL over EGL",
         module_command("orchestrator.doctor.gl_probe"),
@@ -57,7 +57,7 @@ def check_drawing() -> Check:
 
 
 def check_perceiving() -> Check:
-    """A perception worker's engine opens, and looks at a picture."""
+    """A perception worker's engine opens, and perceives a picture."""
     return probe("perceiving", module_command("perception_worker.probe"), remedy=_AS_IN_A_RUN)
 
 
@@ -66,11 +66,11 @@ def check_learning() -> Check:
     return probe("learning", (sys.executable, "-P", "-c", MAKE_LEARNER), remedy=_AS_IN_A_RUN)
 
 
-_AS_IN_A_RUN = "mend what is said here and above: a run would end with the same words"
+_AS_IN_A_RUN = "fix what is reported here and above: a run would fail with the same message"
 
 
 def probe(name: str, command: tuple[str, ...], remedy: str) -> Check:
-    """Ask a process; it passes by its exit code, and its last line is what was found."""
+    """Run a command as a check: its exit code decides, and its last line is what was found."""
     environment = {**os.environ, **PROCESS_ENVIRONMENT}
     try:
         done = subprocess.run(
@@ -92,10 +92,10 @@ def probe(name: str, command: tuple[str, ...], remedy: str) -> Check:
 
 def _said(done: subprocess.CompletedProcess[str]) -> str:
     if done.returncode < 0:
-        # A process that a signal killed (a broken driver, say) has said nothing of it itself.
+        # A process that a signal killed, such as by a broken driver, has printed no reason.
         return ending(done.returncode)
-    # What libraries warn of beside an answer is none.
+    # Warnings of libraries on stderr are not the result.
     words = done.stdout.strip() or done.stderr if done.returncode == 0 else done.stderr.strip() or done.stdout
     lines = [line.strip() for line in words.splitlines() if line.strip()]
-    # A traceback ends with the error's type, which says nothing to people.
-    return re.sub(r"^(\w+\.)+\w+: ", "", lines[-1]) if lines else "no word"
+    # A traceback's last line begins with the type of the error, which is left out.
+    return re.sub(r"^(\w+\.)+\w+: ", "", lines[-1]) if lines else "no output"

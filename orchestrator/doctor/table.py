@@ -1,4 +1,4 @@
-"""The doctor's list for people."""
+"""The doctor's checks as a table."""
 
 from collections.abc import Iterable
 
@@ -9,7 +9,7 @@ from orchestrator.doctor.check import Check
 
 
 def checks_table(checks: Iterable[Check]) -> Table:
-    """A line a check, and below each failed one what to do."""
+    """One line a check, and below each failed one what to do."""
     table = Table(box=None, padding=(0, 2, 0, 0), show_header=False)
     table.add_column()
     table.add_column(no_wrap=True)

@@ -1,4 +1,4 @@
-"""An experiment on disk: what it was told, its tables, and what was made of them."""
+"""An experiment on disk: its configuration, its tables, and the figures of these."""
 
 from pathlib import Path
 from typing import ClassVar
@@ -26,22 +26,22 @@ class ExperimentDirectory(ViewsDirectory[ViewSet], frozen=True):
 
     @property
     def flights_path(self) -> Path:
-        """The same of each step of the flights."""
+        """A row for each joint of each step of the flights."""
         return self.path / "flights.parquet"
 
     @property
     def flight_set_path(self) -> Path:
-        """Which flights were flown for it."""
+        """The set of flights."""
         return self.path / "flights.json"
 
     @property
     def figures_path(self) -> Path:
-        """What the tables come to, for programs."""
+        """The figures, as JSON."""
         return self.path / "figures.json"
 
     @property
     def page_path(self) -> Path:
-        """The same for people, as Markdown."""
+        """The figures, as Markdown."""
         return self.path / "figures.md"
 
     @property
@@ -50,10 +50,10 @@ class ExperimentDirectory(ViewsDirectory[ViewSet], frozen=True):
         return self.path / "plots"
 
     def require_same(self, path: Path, told: Struct) -> None:
-        """Note what something was made by, where that is not noted yet.
+        """Record the settings that a table is made with, unless they are recorded already.
 
         Raises:
-            InvalidInput: it was made by something else.
+            InvalidInput: other settings are recorded.
         """
         written = msgspec.json.format(msgspec.json.encode(told), indent=2) + b"\n"
         if not path.is_file():
@@ -64,6 +64,6 @@ class ExperimentDirectory(ViewsDirectory[ViewSet], frozen=True):
 
 
 def default_path(views: ViewSet) -> Path:
-    """Where an experiment goes that was given no directory."""
+    """The default directory of an experiment."""
     families = "-families" if views.poses == "families" else ""
     return Path("runs") / "experiments" / f"qoe-{views.split}-{views.seed}{families}"

@@ -1,4 +1,4 @@
-"""Flights along scripted paths, the Kalman filter carried from picture to picture: is its posterior worth something?"""
+"""Flights along scripted paths with the Kalman filter, which measure the quality of its posterior."""
 
 import itertools
 import math
@@ -33,13 +33,13 @@ STEP = 0.5
 """Metres along the circle between two pictures: half a second at 1 m/s."""
 
 APPROACH_FROM = 6.0
-"""Metres; where a flight to the front begins, at the person's side or behind them."""
+"""Metres from the person at which a flight to the front begins, at their side or behind them."""
 
 AT_ONCE = 4
-"""Flights side by side; a kill costs them and no more."""
+"""Flights in parallel; a kill loses at most these."""
 
 _START = 0xF117
-"""Keeps where a flight starts apart from other draws of the same seed."""
+"""Separates the random stream of a flight's start from others of the same seed."""
 
 SCHEMA_OF_FLIGHTS = pa.schema(
     [
@@ -66,7 +66,7 @@ SCHEMA_OF_FLIGHTS = pa.schema(
 
 
 class FlightSet(Struct, frozen=True, kw_only=True):
-    """All flights: every scene is flown around and approached, once with each kind of depth noise.
+    """All flights: every scene is orbited and approached, once with each kind of depth noise.
 
     Attributes:
         scenes: one for each identity in turn, their poses in turn.
@@ -101,7 +101,7 @@ def courses(flights: FlightSet) -> tuple[Course, ...]:
 
 
 def viewpoints(path: Path, seed: int, scene: int, steps: int, environment: EnvironmentConfig) -> Iterator[Viewpoint]:
-    """Where each picture of a flight is taken from; both paths begin where the seed says.
+    """The viewpoint of each picture of a flight; the seed decides where both paths begin.
 
     `circle` goes counter-clockwise around the person; `front` comes from the side or from behind to the point in front,
     along a spiral.
@@ -125,7 +125,7 @@ def flight_parts(directory: ExperimentDirectory, flights: FlightSet) -> Parts:
 
 
 class FlightPools(Struct, frozen=True, eq=False):
-    """What every flight of a set is flown with."""
+    """What all flights of a set share."""
 
     flights: FlightSet
     views: ViewSet
@@ -136,26 +136,26 @@ class FlightPools(Struct, frozen=True, eq=False):
 
     @property
     def rule(self) -> FilterRule:
-        """By variance where a lifter has learned one."""
+        """The filter's rule: by variance with a learned lifter, otherwise by quality."""
         lifting = settled(self.config.perception, self.config.profile).lifting
         return "variance" if lifting == "learned" else "quality"
 
     def way(self, course: Course) -> Iterator[Viewpoint]:
-        """Where its pictures are taken from."""
+        """The viewpoints of a flight."""
         return viewpoints(course.path, self.views.seed, course.scene, self.flights.steps, self.config.environment)
 
     def shot(self, course: Course, place: Viewpoint, carried: FilterState | None) -> Shot:
-        """The next picture of a flight, with the filter as the last one left it."""
+        """The next picture of a flight, with the filter of the last one."""
         one, scene = scene_view(self.views, course.scene, place), self.scenes[course.scene]
         request = observe_request(one, scene, self.config.environment, course.depth_noise, self.rule)
         return Shot(one, scene, request if carried is None else replace(request, filter=carried))
 
 
 def fly(parts: Parts, flights: FlightSet, views: ViewSet, config: RunConfig, workers: WorkerPools) -> None:
-    """Fly what is missing, and write each flight.
+    """Fly the missing flights, and write each.
 
     Raises:
-        Interrupted: somebody asked to stop; the flights that are whole stay.
+        Interrupted: the command was asked to stop; the whole flights stay.
         CallFailed: a worker could not answer.
     """
     missing = [course for course in courses(flights) if course.number in set(parts.missing())]
@@ -168,7 +168,7 @@ def fly(parts: Parts, flights: FlightSet, views: ViewSet, config: RunConfig, wor
 
 
 def filter_columns(observation: PoseEstimate) -> dict[str, AnyArray]:
-    """What the filter says of each joint after a picture."""
+    """The filter's state of each joint after a picture, as columns."""
     state = observation.filter
     columns: dict[str, AnyArray] = {f"filter_{axis}": state.mean[:, index] for index, axis in enumerate("xyz")}
     truth = observation.joints if observation.joints is not None else np.full_like(state.mean, np.nan)
@@ -191,7 +191,7 @@ def _scenes(flights: FlightSet, views: ViewSet, workers: WorkerPools) -> Mapping
 
 
 def scene_view(views: ViewSet, scene: int, viewpoint: Viewpoint) -> View:
-    """A view of scene `scene`: identities in turn and poses in turn, so that twenty scenes have all of both."""
+    """A view of scene number `scene`: identities and poses in turn, so that twenty scenes have all of both."""
     identities, kinds = identities_and_poses(views.split)
     families = views.poses == "families"
     return View(
@@ -204,7 +204,7 @@ def scene_view(views: ViewSet, scene: int, viewpoint: Viewpoint) -> View:
 
 
 def _flown(side_by_side: Sequence[Course], pools: FlightPools) -> Iterator[pa.Table]:
-    """The tables of flights that are flown in step."""
+    """The tables of flights that are flown in parallel."""
     capabilities = pools.workers.capabilities()
     filters: dict[int, FilterState] = {}
     rows: dict[int, list[Rows]] = {course.number: [] for course in side_by_side}

@@ -1,6 +1,6 @@
-"""A table that grows by whole parts, so that a killed experiment loses the part under way and nothing else.
+"""A table that is written in parts, so that a killed experiment loses only the part in work.
 
-Each part is a Parquet file that appears whole or not at all; when all are there, they become one file and go.
+Each part is a Parquet file that is written atomically; when all exist, they are joined to one file and removed.
 """
 
 import shutil
@@ -17,37 +17,37 @@ COMPRESSION = "zstd"
 
 
 class Parts(Struct, frozen=True):
-    """The parts of the table that is to be `path`, `count` in all."""
+    """The `count` parts of the table at `path`."""
 
     path: Path
     count: int
 
     @property
     def folder(self) -> Path:
-        """Where the parts are until the table is whole."""
+        """The directory of the parts until the table is whole."""
         return self.path.with_suffix(".parts")
 
     @property
     def is_whole(self) -> bool:
-        """Whether the table is there."""
+        """Whether the whole table exists."""
         return self.path.is_file()
 
     def missing(self) -> tuple[int, ...]:
-        """The parts that are still to be written."""
+        """The numbers of the parts that are not written yet."""
         if self.is_whole:
             return ()
         return tuple(number for number in range(self.count) if not self._part(number).is_file())
 
     def write(self, number: int, part: pa.Table) -> None:
-        """Write a part, whole or not at all."""
+        """Write a part atomically."""
         with whole_file(self._part(number)) as aside:
             pq.write_table(part, aside, compression=COMPRESSION)
 
     def join(self, metadata: Mapping[str, str]) -> None:
-        """Make the table of all parts, a row group each, and let the parts go; nothing where it is there already.
+        """Join all parts to the table, a row group each, and remove them; does nothing if the table exists.
 
         Args:
-            metadata: what the file is to tell of itself.
+            metadata: of the file.
         """
         if not self.is_whole:
             with whole_file(self.path) as aside:

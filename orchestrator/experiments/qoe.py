@@ -1,4 +1,4 @@
-"""The experiment on the quality of estimation: many views observed, each joint of each beside its truth."""
+"""The experiment on the quality of estimation: observes many views, and compares each joint with the truth."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -22,11 +22,11 @@ from protocol.messages import Observe, Sampled, SampleScene
 from protocol.pose_estimate import FilterRule, FilterState, PoseEstimate
 
 _BEFORE = 0xBEF0
-"""Keeps the stream that the place before a view is drawn from apart from the view's own."""
+"""Separates the random stream of the position before a view from the view's own."""
 
 
 class Shot(Struct, frozen=True, eq=False):
-    """One picture to be taken of a view."""
+    """One picture to take of a view."""
 
     view: View
     scene: SeededScene
@@ -39,10 +39,10 @@ def table_parts(directory: ExperimentDirectory, views: ViewSet) -> Parts:
 
 
 def observe_views(parts: Parts, views: ViewSet, config: RunConfig, workers: WorkerPools) -> None:
-    """Observe the views of every part that is missing, and write each part.
+    """Observe the views of every missing part, and write each part.
 
     Raises:
-        Interrupted: somebody asked to stop; the parts that are whole stay.
+        Interrupted: the command was asked to stop; the whole parts stay.
         CallFailed: a worker could not answer.
     """
     missing = parts.missing()
@@ -60,7 +60,7 @@ def observe_views(parts: Parts, views: ViewSet, config: RunConfig, workers: Work
 
 
 def provenance(config: RunConfig, views: Struct, versions: Versions, capabilities: Mapping[str, str]) -> dict[str, str]:
-    """What a table tells of how it was made; nothing of it changes by when or where that was."""
+    """How a table was made, as its metadata; it does not depend on when or where."""
     return {
         "vantage.config": plain_toml(what_counts(config)).decode(),
         "vantage.views": msgspec.json.encode(views).decode(),
@@ -71,7 +71,7 @@ def provenance(config: RunConfig, views: Struct, versions: Versions, capabilitie
 
 
 def frame_values(shot: Shot, capabilities: Mapping[str, str]) -> dict[str, object]:
-    """The columns that a frame has one value for."""
+    """The columns with one value for each frame."""
     viewpoint, camera = shot.view.viewpoint, shot.request.camera
     values: dict[str, object] = {
         "frame": shot.view.number,
@@ -98,7 +98,7 @@ def observe_request(
     depth_noise: DepthNoise = "none",
     rule: FilterRule = "quality",
 ) -> Observe:
-    """What is asked of a perception worker for a view."""
+    """The request to a perception worker for a view."""
     return Observe(
         scene=scene.scene,
         camera=camera_of(one, scene.scene, environment, depth_noise),
@@ -135,7 +135,7 @@ def _observed(
 
 
 def request_before(views: ViewSet, shot: Shot, environment: EnvironmentConfig) -> Observe:
-    """What a flying drone would have asked for a step before a picture, so that the picture's filter is a real one."""
+    """The request of a flying drone one step before a picture, which gives the picture a realistic filter."""
     random = np.random.default_rng((views.seed, shot.view.number, _BEFORE))
     camera = a_step_before(shot.request.camera, environment, random)
     return replace(shot.request, camera=camera, truth=False, liftings=())

@@ -26,7 +26,7 @@ TITLE = "How far a pose and its quality can be trusted"
 
 
 class Results(Struct, frozen=True, kw_only=True):
-    """All that an experiment came to."""
+    """All figures of an experiment."""
 
     qoe: QoeFigures
     targets: tuple[Target, ...]
@@ -34,13 +34,13 @@ class Results(Struct, frozen=True, kw_only=True):
 
 
 def work_out(directory: ExperimentDirectory) -> Results:
-    """Compute all figures from the tables that are there, and write them, their page and their plots.
+    """Compute all figures from the tables, and write them, their page and their plots.
 
     Raises:
-        InvalidInput: the table of views is not whole yet.
+        InvalidInput: the table of views is not complete yet.
     """
     if not directory.table_path.is_file():
-        raise InvalidInput(f"{directory.table_path} is not there yet; make it with 'orchestrator experiment qoe'")
+        raise InvalidInput(f"{directory.table_path} does not exist yet; make it with 'orchestrator experiment qoe'")
     table = pq.read_table(directory.table_path)
     samples = samples_of(table)
     qoe = _qoe_figures(directory, table, samples)
@@ -59,7 +59,7 @@ def work_out(directory: ExperimentDirectory) -> Results:
 
 
 def publish(directory: ExperimentDirectory, results: Results, path: Path) -> None:
-    """Write the page to `path` as well, and its plots into `images/` beside it, their names begun with the page's."""
+    """Also write the page to `path`, and its plots to `images/` beside it, with the page's name as prefix."""
     images = path.parent / "images"
     for plot in sorted(directory.plots.glob("*.png")):
         with whole_file(images / f"{path.stem}-{plot.name}") as aside:

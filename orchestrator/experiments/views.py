@@ -27,12 +27,12 @@ DRAWS_AT_ONCE, MOST_DRAWS = 64, 6400
 """Scenes drawn in a row, and before giving up on one with the wanted pose; one in six or eight has it."""
 
 PoseSet: TypeAlias = Literal["kinds", "families"]
-"""What people are seen in: the kinds of body pose of their split, or families that no training draws."""
+"""The poses of the people: the kinds of body pose of their split, or families that occur in no training."""
 
 FAMILIES: tuple[Poses, ...] = ("overhead", "crossed", "squat", "kneel", "sit")
 
 _FAMILY_SCENE = 0xFA31
-"""Keeps the stream that a family's scene is seeded from apart from that of a view."""
+"""Separates the random stream of a family's scene from that of a view."""
 
 AskForScenes: TypeAlias = Callable[[Sequence[SampleScene]], Iterable[Sampled]]
 
@@ -41,11 +41,11 @@ class ViewSet(Struct, frozen=True, kw_only=True):
     """All the views of an experiment.
 
     Attributes:
-        seed: the same one gives the same views.
-        poses: that their people are in.
-        depth_noises: each view is taken once with each.
+        seed: the views follow from it.
+        poses: of the people.
+        depth_noises: each view is rendered once with each.
         views_a_scene: how many views in a row are of the same scene; drawing a new one takes as long as nine pictures.
-        frames_a_part: how many are written at once, and lost at most by a kill; scenes are drawn for a part at a time.
+        frames_a_part: how many are written at once; a kill loses at most these. Scenes are drawn for a part at a time.
     """
 
     frames: int = 5000
@@ -64,7 +64,7 @@ class ViewSet(Struct, frozen=True, kw_only=True):
 
     @property
     def words(self) -> str:
-        """What they are, for messages."""
+        """A description of the views, for messages."""
         noises = " and ".join(self.depth_noises)
         each = f"{self.views_a_scene} a scene, {self.frames_a_part} a part"
         families = ", families of poses" if self.poses == "families" else ""
@@ -72,12 +72,12 @@ class ViewSet(Struct, frozen=True, kw_only=True):
 
 
 class View(Struct, frozen=True, kw_only=True):
-    """One of them.
+    """One view.
 
     Attributes:
         number: from 0.
-        identity: who is seen.
-        kind: of pose that they are in; 0 in a family.
+        identity: the person's.
+        kind: of the person's pose; 0 in a family.
         poses: `kinds`, or the family.
     """
 
@@ -96,7 +96,7 @@ class SeededScene(Struct, frozen=True):
 
 
 def view(views: ViewSet, number: int) -> View:
-    """View `number`: scenes with identities in turn, for each round of them the next pose; and a place of its own."""
+    """View `number`: identities in turn, the next pose after each round of them, and a viewpoint of its own."""
     random = np.random.default_rng((views.seed, number))
     distance, azimuth, altitude = (float(random.uniform(*bounds)) for bounds in (DISTANCE, AZIMUTH, ALTITUDE))
     scene = number // views.views_a_scene
@@ -118,17 +118,18 @@ def family_of(scene: int, split: Split) -> Poses:
 
 
 def identities_and_poses(split: Split) -> tuple[range, range]:
-    """Who belongs to a split, and the kinds of pose that they are seen in."""
+    """The identities of a split, and the kinds of their poses."""
     return (TEST_IDENTITIES, TEST_POSES) if split == "test" else (TRAIN_IDENTITIES, TRAIN_POSES)
 
 
 def scenes_of(views: ViewSet, chosen: Sequence[View], ask: AskForScenes) -> Mapping[int, SeededScene]:
     """The scene of each view, by the view's number.
 
-    Scenes are drawn by who renders, and given the identities of their views. No scene depends on how many views follow.
+    The render workers draw the scenes, which then get the identities of their views. No scene depends on how many views
+    follow.
 
     Raises:
-        InvalidInput: poses of some kind are never drawn.
+        InvalidInput: the draws have too few poses of some kind.
     """
     first_of = {one.number // views.views_a_scene: one for one in reversed(chosen)}
     drawn = (_of_families if views.poses == "families" else _of_kinds)(views, first_of, ask)
@@ -137,7 +138,7 @@ def scenes_of(views: ViewSet, chosen: Sequence[View], ask: AskForScenes) -> Mapp
 
 
 def _of_families(views: ViewSet, first_of: Mapping[int, View], ask: AskForScenes) -> dict[int, SeededScene]:
-    """Each scene by a seed of its own."""
+    """Scenes in families of poses, each with a seed of its own."""
     requests = [
         SampleScene(seed=family_seed(views, scene), split=views.split, poses=one.poses)
         for scene, one in sorted(first_of.items())
@@ -147,7 +148,7 @@ def _of_families(views: ViewSet, first_of: Mapping[int, View], ask: AskForScenes
 
 
 def _of_kinds(views: ViewSet, first_of: Mapping[int, View], ask: AskForScenes) -> dict[int, SeededScene]:
-    """Out of a sequence of draws for the first of the views, each scene takes the next with a pose of its kind."""
+    """Scenes by kind of pose: from a sequence of draws, each takes the next draw with a pose of its kind."""
     first = first_of[min(first_of)]
     wanted = Counter(one.kind for one in first_of.values())
     drawn: dict[int, list[SeededScene]] = {kind: [] for kind in wanted}
@@ -159,7 +160,7 @@ def _of_kinds(views: ViewSet, first_of: Mapping[int, View], ask: AskForScenes) -
         requests = [SampleScene(seed=scene_seed(views, first, draw), split=views.split) for draw in draws]
         for request, answer in zip(requests, ask(requests), strict=True):
             drawn.setdefault(answer.scene.pose.kind, []).append(SeededScene(request.seed, answer.scene))
-    raise InvalidInput(f"{MOST_DRAWS} scenes of {views.split} have too few of the poses that were looked for")
+    raise InvalidInput(f"{MOST_DRAWS} scenes of {views.split} have too few of the wanted poses")
 
 
 def _dressed(drawn: SeededScene, one: View) -> SeededScene:

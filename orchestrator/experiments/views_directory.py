@@ -20,11 +20,11 @@ from protocol.whole_record import read_whole
 
 
 class Views(Protocol):
-    """All views that are observed."""
+    """The set of views."""
 
     @property
     def words(self) -> str:
-        """What they are, for messages."""
+        """A description of the views, for messages."""
         ...
 
 
@@ -32,47 +32,48 @@ ViewsT = TypeVar("ViewsT", bound=Views)
 
 
 class ViewsDirectory(Struct, Generic[ViewsT], frozen=True):
-    """The files that say which views are observed, by which workers."""
+    """A directory that records a set of views and the configuration of the workers that observe them."""
 
     path: Path
 
     kind: ClassVar[str]
-    """What it is, for messages."""
+    """The name of the kind of directory, for messages."""
 
     views_type: ClassVar[type[Any]]
 
     came_later: ClassVar[tuple[str, ...]] = ()
-    """Fields that views of before lack; then they had their defaults."""
+    """Fields that older records of views lack; their values were the defaults."""
 
     @classmethod
     def open_for(cls, path: Path, config: RunConfig, views: ViewsT) -> Self:
-        """Make it, or take up the one that was begun with the same configuration and views.
+        """Make the directory, or open the one that was begun with the same configuration and views.
 
         Raises:
-            InvalidInput: it was begun with others, or something else is there.
-            OtherArtifact: a file that its configuration names is another one now, or is gone.
+            InvalidInput: it was begun with others, or another kind of directory is there.
+            OtherArtifact: a file that its configuration names has another content now, or is gone.
         """
         directory = cls(path)
         if not directory.views_path.is_file():
             directory._begin(config, views)
-        require_recorded_files(directory.config())
+        recorded = directory.config()
+        require_recorded_files(recorded)
         for told, wanted, words in (
             (directory.views(), views, f"other views ({directory.views().words}, not {views.words})"),
-            (what_counts(directory.config()), what_counts(config), "another configuration (its config.toml)"),
+            (what_counts(recorded), what_counts(config), "another configuration (its config.toml)"),
         ):
             if told != wanted:
                 raise InvalidInput(
                     f"{path} was begun with {words}, which is never changed: "
-                    "go on with it as it is, or choose another directory with --out"
+                    "continue it as it is, or choose another directory with --out"
                 )
         return directory
 
     @classmethod
     def open(cls, path: Path) -> Self:
-        """Take up one that is there.
+        """Open an existing directory.
 
         Raises:
-            NoSuchRun: there is none.
+            NoSuchRun: there is none at `path`.
         """
         directory = cls(path)
         if not directory.views_path.is_file():
@@ -86,14 +87,14 @@ class ViewsDirectory(Struct, Generic[ViewsT], frozen=True):
 
     @property
     def views_path(self) -> Path:
-        """Which views it is made of."""
+        """The record of the views."""
         return self.path / "views.json"
 
     def config(self) -> RunConfig:
-        """What its workers were told.
+        """The configuration of its workers.
 
         Raises:
-            InvalidConfig: the file was damaged.
+            InvalidConfig: the file is damaged.
         """
         return load_resolved_config(self.config_path)
 
@@ -107,10 +108,10 @@ class ViewsDirectory(Struct, Generic[ViewsT], frozen=True):
 
     @contextmanager
     def lock(self) -> Generator[None]:
-        """Be the only one that works on it.
+        """Be the only command that works on it.
 
         Raises:
-            RunBusy: another command does.
+            RunBusy: another command works on it.
         """
         with directory_lock(self.path, LOCK_PATIENCE, f"another command works on {self.path}"):
             yield
@@ -120,13 +121,13 @@ class ViewsDirectory(Struct, Generic[ViewsT], frozen=True):
             raise InvalidInput(f"{self.path} is no {self.kind} and not empty; choose another directory with --out")
         with whole_file(self.config_path) as aside:
             aside.write_bytes(resolved_toml(config))
-        # Last: a directory with it has all that it begins with.
+        # Last: a directory with this file has both.
         with whole_file(self.views_path) as aside:
             aside.write_bytes(msgspec.json.format(msgspec.json.encode(views), indent=2) + b"\n")
 
 
 def what_counts(config: RunConfig) -> RunConfig:
-    """What answers depend on: not how many workers there are, how long they are waited for, or where files are."""
+    """The configuration without what replies don't depend on: the number of workers, timeouts, places of files."""
     files = with_content_alone(config)
     return replace(
         files,

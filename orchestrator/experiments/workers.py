@@ -1,4 +1,4 @@
-"""The workers of an experiment: as many as are asked for, looked after while their answers are waited for."""
+"""The workers of an experiment, supervised while it waits for their replies."""
 
 import math
 import time
@@ -14,7 +14,6 @@ from orchestrator.local_workers import local_workers
 from orchestrator.monitoring.live_display import Display, FrameCount, Snapshot
 from orchestrator.run.run_log import log_directory
 from orchestrator.session import Session
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.launch import addresses
 from orchestrator.supervision.supervisor import Supervisor
@@ -25,20 +24,21 @@ from protocol.errors import InvalidInput
 from protocol.message import ReplyT, Request
 from protocol.messages import Role
 from protocol.security import LOCAL_ONLY, Security
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 
 AHEAD = 3
-"""Requests under way to each worker; one more than it works on, so that it never waits for us."""
+"""Requests in flight to each worker: one more than it works on, so that it never waits for the next."""
 
-LOOK = 0.1
-"""Seconds between two looks at the workers; one costs a millisecond."""
+POLL = 0.1
+"""Seconds between two polls of the workers; a poll takes a millisecond."""
 
 PERCEIVERS_PER_RENDERER = 2
-"""A picture is drawn in a third of the time that it takes to make sense of it."""
+"""Rendering a picture takes a third of the time of perceiving it."""
 
 
 class Rate:
-    """How far a stretch of work is, and how fast it goes."""
+    """The progress and speed of some work."""
 
     def __init__(self, steps: int, done: int = 0, clock: Callable[[], float] = time.monotonic) -> None:
         self._steps = steps
@@ -47,19 +47,19 @@ class Rate:
         self._began = clock()
 
     def advance(self) -> None:
-        """One more is done."""
+        """Count one more step."""
         self._done += 1
 
     @property
     def count(self) -> FrameCount:
-        """As of now; what an earlier process did counts as done, and not for the speed."""
+        """The present progress; steps of an earlier process count as done, but not for the speed."""
         seconds = max(self._clock() - self._began, 1e-9)
         speed = (self._done - self._first) / seconds
         return FrameCount(step=self._done, steps=self._steps, steps_per_second=speed)
 
 
 class WorkerPools:
-    """Pools of both roles; those who wait for their answers look after them."""
+    """Pools of both roles, whose workers are polled while a caller waits for their replies."""
 
     def __init__(
         self, renderers: Pool, perceivers: Pool, session: Session, clock: Callable[[], float] = time.monotonic
@@ -68,31 +68,31 @@ class WorkerPools:
         self.perceivers = perceivers
         self._session = session
         self._clock = clock
-        self._looked = -math.inf
+        self._polled = -math.inf
 
-    def attend(self, activity: str, rate: Rate | None = None) -> None:
-        """Look after the workers and show how far we are, unless that was done a moment ago.
+    def check_workers(self, activity: str, rate: Rate | None = None) -> None:
+        """Poll the workers and display the progress, unless that was done a moment ago.
 
         Raises:
-            Interrupted: somebody asked to stop.
-            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.look`.
+            Interrupted: the command was asked to stop.
+            ProcessFailed, DeadlineExceeded, VersionMismatch, WrongRole: see `Supervisor.poll`.
         """
-        if self._clock() - self._looked < LOOK:
+        if self._clock() - self._polled < POLL:
             return
-        self._looked = self._clock()
-        self._session.attend(activity, None if rate is None else rate.count)
+        self._polled = self._clock()
+        self._session.check_workers(activity, None if rate is None else rate.count)
 
     def wait_for(self, pending: Pending[ReplyT], activity: str, rate: Rate | None = None) -> ReplyT:
-        """The answer; errors as `attend`, and those of the call itself."""
-        self.attend(activity, rate)
-        while not wait([pending], timeout=LOOK).done:
-            self.attend(activity, rate)
+        """Wait for a reply; errors as `check_workers`, and those of the call itself."""
+        self.check_workers(activity, rate)
+        while not wait([pending], timeout=POLL).done:
+            self.check_workers(activity, rate)
         return pending.result()
 
     def answers(
         self, pool: Pool, requests: Iterable[Request[ReplyT]], activity: str, rate: Rate | None = None
     ) -> Iterator[ReplyT]:
-        """In the order of the requests; errors as `wait_for`."""
+        """The replies, in the order of the requests; errors as `wait_for`."""
         under_way: deque[Pending[ReplyT]] = deque()
         try:
             for request in requests:
@@ -106,10 +106,10 @@ class WorkerPools:
                 pending.cancel()
 
     def capabilities(self) -> dict[str, str]:
-        """What the perception workers say of themselves.
+        """The capabilities of the perception workers.
 
         Raises:
-            InvalidInput: they don't say the same, so that the table would be of two experiments.
+            InvalidInput: they differ, so the table would mix two experiments.
         """
         first, *others = (welcome.capabilities for welcome in self.perceivers.wait_ready())
         for other in others:
@@ -121,7 +121,7 @@ class WorkerPools:
 
 
 def with_workers(config: RunConfig, perceivers: int) -> RunConfig:
-    """The configuration with that many perception workers, and the render workers that keep them busy."""
+    """The configuration with this number of perception workers, and the render workers that keep them busy."""
     renderers = -(-perceivers // PERCEIVERS_PER_RENDERER)
     return replace(
         config,
@@ -134,10 +134,10 @@ def with_workers(config: RunConfig, perceivers: int) -> RunConfig:
 def experiment_workers(
     config: RunConfig, join: Join | None = None, *, display: Display, stop: StopRequest
 ) -> Generator[WorkerPools]:
-    """The workers that the configuration asks for, ready; none is left when this ends.
+    """The workers that the configuration asks for, ready; all have ended afterwards.
 
     Args:
-        join: a host whose workers are to be worked with instead. It is told when this ends well.
+        join: a host whose workers are used instead. It is told when the work inside succeeds.
 
     Raises:
         ProcessFailed, DeadlineExceeded, Interrupted, HostLost, HostNotTold: as for a training.
@@ -168,14 +168,14 @@ def _joined(
 ) -> Generator[WorkerPools]:
     with (
         JoinedHost(join, "experiment", timeouts) as host,
-        # Of nobody: what is elsewhere, others look after.
+        # Without processes: the remote workers are supervised on their own machines.
         Fleet(log_directory(), stop) as fleet,
         Supervisor(fleet, config.supervision, timeouts) as supervisor,
         _pool(Role.RENDER, timeouts, security=join.security) as renderers,
         _pool(Role.PERCEPTION, timeouts, security=join.security) as perceivers,
     ):
         session = Session(fleet, supervisor, display, stop, remote_workers=host)
-        session.wait_for_others(timeouts.startup)
+        session.wait_for_remote_workers(timeouts.startup)
         for pool, role in ((renderers, Role.RENDER), (perceivers, Role.PERCEPTION)):
             host.follow(pool, role)
             pool.wait_any_ready()
@@ -183,5 +183,5 @@ def _joined(
 
 
 def _pool(serves: Role, timeouts: Timeouts, addresses: tuple[str, ...] = (), security: Security = LOCAL_ONLY) -> Pool:
-    # A host's workers take requests for views from whoever has an agent's key.
+    # A host's workers accept requests for views with the key of an agent.
     return Pool(addresses, role=Role.AGENT, serves=serves, timeouts=timeouts, security=security)

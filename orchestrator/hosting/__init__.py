@@ -1,1 +1,1 @@
-"""Workers of other machines: the host that they join, and the runs that use them."""
+"""Workers on other machines: the host that they register with, and the runs that join it."""

@@ -1,7 +1,7 @@
-"""An orchestrator for several machines: it starts nobody, but is where workers and runs find each other.
+"""A host: an orchestrator for several machines, with which workers register and which runs join; it starts nothing.
 
-Once the runs are done it lets the workers end, and ends itself. It keeps nothing: killed and started again at the same
-address, it hears of everybody within a heartbeat.
+Once the runs are done, it tells the workers to end, and ends itself. It stores nothing: when it is killed and started
+again at the same address, all processes register again within a heartbeat.
 """
 
 import logging
@@ -13,28 +13,28 @@ from msgspec import Struct
 
 from orchestrator.hosting.joined_runs import JoinedRuns
 from orchestrator.monitoring.live_display import Display, Snapshot
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.heartbeat import Health
 from orchestrator.supervision.registry import Registry, serve_registry
 from protocol.messages import Dismiss, Dismissed, Register, Registered, Role, WorkerRecord
 from protocol.observer import NOBODY, Observer
 from protocol.security import LOCAL_ONLY, Security
 from protocol.server.server import Handlers
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 
-LOOK = 0.1
+POLL = 0.1
 SHOW = 0.5
 GOODBYE = 30.0
-"""Seconds that workers are given to finish what is in hand and to fall silent."""
+"""Seconds that workers have to answer their requests in hand and end."""
 
 _log = logging.getLogger(__name__)
 
 
 class HostTable:
-    """The registry of a host, which besides knows when all is over. May be used from any number of threads.
+    """The registry of a host, which also knows when all runs are done. Thread-safe.
 
     Args:
-        stay: it is never over, whatever runs are done.
+        stay: never tell the workers to end.
     """
 
     def __init__(self, registry: Registry, runs: JoinedRuns, *, stay: bool = False) -> None:
@@ -43,11 +43,11 @@ class HostTable:
         self._stay = stay
 
     def handlers(self) -> Handlers:
-        """Which request is answered how."""
+        """The handler of each request."""
         return {**self._registry.handlers(), Register: self.register, Dismiss: self.dismiss}
 
     def register(self, request: Register) -> Registered:
-        """Enter a process; a worker is told whether all is over."""
+        """Enter a process; a worker is told whether it may end."""
         role = request.worker.role
         if role is Role.AGENT:
             self._runs.note(request.worker)
@@ -55,29 +55,29 @@ class HostTable:
         return Registered(over=role is not Role.AGENT and self.is_over())
 
     def dismiss(self, request: Dismiss) -> Dismissed:
-        """A run is done."""
+        """Note that a run is done."""
         self._runs.dismiss(request.incarnation)
         return Dismissed()
 
     def is_over(self) -> bool:
-        """Whether all runs are done, so that nobody needs the workers."""
+        """Whether all runs are done, so that the workers may end."""
         return not self._stay and self._runs.are_done()
 
     def records(self) -> tuple[WorkerRecord, ...]:
-        """Everybody who is there."""
+        """Every registered process."""
         return self._registry.records()
 
     def workers(self) -> tuple[WorkerRecord, ...]:
-        """Those who serve."""
+        """The registered workers."""
         return tuple(record for record in self.records() if record.role is not Role.AGENT)
 
 
 class HostOrder(Struct, frozen=True, kw_only=True):
-    """What a host is to do.
+    """The settings of a host.
 
     Attributes:
-        bind: where it serves.
-        stay: also when the runs are done.
+        bind: the address at which it serves.
+        stay: whether it goes on, with the workers, when the runs are done.
     """
 
     bind: str
@@ -87,29 +87,29 @@ class HostOrder(Struct, frozen=True, kw_only=True):
 
 
 def host(order: HostOrder, *, display: Display, stop: StopRequest, observer: Observer = NOBODY) -> None:
-    """Serve until somebody asks to stop, or the runs are done and the workers have ended.
+    """Serve until `stop` is asked, or until the runs are done and the workers have ended.
 
     Raises:
-        AddressUnavailable: the address is in use, or is none of this machine.
-        NotPermitted: other machines can reach it and there is no key, or the key is none of an orchestrator.
+        AddressUnavailable: the address is in use, or is not of this machine.
+        NotPermitted: other machines can reach it and there is no key, or the key is not an orchestrator's.
     """
     order.security.require_role(Role.ORCHESTRATOR)
     timeouts = order.timeouts
     table = HostTable(Registry(timeouts.liveness), JoinedRuns(timeouts.liveness, timeouts.grace), stay=order.stay)
     with serve_registry(table, order.bind, timeouts, observer, order.security) as check:
-        watch = HostWatch(table, f"host at {order.bind}", display, timeouts.liveness)
-        while not stop.is_asked and not watch.look():
+        monitor = HostMonitor(table, f"host at {order.bind}", display, timeouts.liveness)
+        while not stop.is_asked and not monitor.poll():
             check()
-            stop.nap(LOOK)
+            stop.sleep(POLL)
         if stop.is_asked:
-            _log.info("stopped on request; whoever is registered waits %g s for the next host", timeouts.grace)
+            _log.info("stopped on request; registered processes wait %g s for the next host", timeouts.grace)
 
 
-class HostWatch:
-    """Shows who is there, and sees when the host is to end.
+class HostMonitor:
+    """Displays the registered processes, and decides when the host ends.
 
     Args:
-        settling: seconds from now after which everybody who is there has registered.
+        settling: seconds after which all processes that run now have registered.
     """
 
     def __init__(
@@ -129,8 +129,8 @@ class HostWatch:
         self._shown = -math.inf
         self._over_since: float | None = None
 
-    def look(self) -> bool:
-        """Look at the table; returns whether all is over and nobody has to be waited for."""
+    def poll(self) -> bool:
+        """Check the table; returns whether the host is to end now."""
         if not self._table.is_over():
             self._over_since = None
             self._show(f"{self._name} is open")
@@ -141,13 +141,13 @@ class HostWatch:
         workers = self._table.workers()
         names = ", ".join(record.name or record.address for record in workers)
         if not workers and self._clock() < self._settled:
-            # One that was killed and started again knows nobody at first; its workers have to hear that they may end.
+            # The table is empty after a restart of the host; its workers have to register to hear that they may end.
             self._show("all runs are done; waiting for workers that have not registered yet")
             return False
         if not workers:
             _log.info("no worker is left; ending")
         elif self._clock() - self._over_since >= GOODBYE:
-            _log.warning("%s did not end within %g s and is left to itself; ending", names, GOODBYE)
+            _log.warning("%s did not end within %g s; ending without waiting for it", names, GOODBYE)
         else:
             self._show(f"all runs are done; waiting for the end of {names}")
             return False

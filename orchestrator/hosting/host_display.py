@@ -1,4 +1,4 @@
-"""What a host says: a live view on a terminal, and else a log for machines, since it may run for weeks."""
+"""The display of a host: a live view on a terminal, otherwise a log for machines, since it may run for weeks."""
 
 import logging
 import sys
@@ -14,7 +14,7 @@ from protocol.system.logs import json_lines_to
 
 
 class _Silent:
-    """Shows nothing: what changes is logged."""
+    """Displays nothing; changes are logged."""
 
     def show(self, snapshot: Snapshot) -> None:
         pass
@@ -22,13 +22,13 @@ class _Silent:
 
 @contextmanager
 def open_host_display(console: Console) -> Generator[Display]:
-    """A live view with the log above it where the console is a terminal, the log as JSON lines remote_workers."""
+    """A live view with the log above it where the console is a terminal; otherwise the log as JSON lines."""
     if not console.is_terminal:
         with logging_to(json_lines_to(sys.stderr, Role.ORCHESTRATOR)):
             yield _Silent()
         return
     with open_display(console) as display:
-        # Within the view, which takes care of what is written beside it.
+        # Within the live view, which prints above itself what is written to the terminal.
         handler = logging.StreamHandler()
         handler.setFormatter(logging.Formatter("%(asctime)s %(message)s"))
         with logging_to(handler):

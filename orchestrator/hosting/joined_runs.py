@@ -1,4 +1,4 @@
-"""The runs that work with a host's workers: which of them are under way, and whether all are done."""
+"""The runs that have joined a host: which of them are under way, and whether all are done."""
 
 import logging
 import threading
@@ -13,7 +13,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(slots=True)
 class _JoinedRun:
-    """One process of a run; `first` and `heard` are seconds of our clock."""
+    """One process of a run; `first` and `heard` are seconds of the host's clock."""
 
     name: str
     first: float
@@ -22,13 +22,13 @@ class _JoinedRun:
 
 
 class JoinedRuns:
-    """Told of every beat of a run and of its end. May be used from any number of threads.
+    """Keeps each run's last heartbeat and whether it is done. Thread-safe.
 
-    A run that falls silent without a word is waited for: its machine may be rebooting, its container starting again.
+    A run that falls silent before it is done counts as under way for a while: its machine may be rebooting.
 
     Args:
-        liveness: seconds that one is waited for whose successor, of the same name, has come.
-        grace: seconds that one is waited for otherwise.
+        liveness: seconds of silence for which a run is waited for that a later one of the same name has replaced.
+        grace: seconds of silence for which any other run is waited for.
     """
 
     def __init__(self, liveness: float, grace: float, clock: Callable[[], float] = time.monotonic) -> None:
@@ -39,13 +39,13 @@ class JoinedRuns:
         self._runs: dict[str, _JoinedRun] = {}
 
     def note(self, run: WorkerRecord) -> None:
-        """A run is under way. Of one that is done this is an earlier word, which was late."""
+        """Note a heartbeat of a run; one that arrives after the run is done was late, and changes nothing."""
         now = self._clock()
         with self._lock:
             self._runs.setdefault(run.incarnation, _JoinedRun(run.name, now, now)).heard = now
 
     def dismiss(self, incarnation: str) -> None:
-        """A run is done; it may be one that we never heard of, since we were started again."""
+        """Note that a run is done; after a restart of the host it may be an unknown one."""
         now = self._clock()
         with self._lock:
             run = self._runs.setdefault(incarnation, _JoinedRun("", now, now))
@@ -54,7 +54,7 @@ class JoinedRuns:
             _log.info("%s is done", run.name or "a run", extra={"incarnation": incarnation})
 
     def under_way(self) -> tuple[str, ...]:
-        """The names of those that are not done."""
+        """The names of the runs that are not done."""
         now = self._clock()
         with self._lock:
             newest = {run.name: run.first for run in sorted(self._runs.values(), key=lambda run: run.first)}
@@ -66,7 +66,7 @@ class JoinedRuns:
             return tuple(run.name for run in waited_for if not run.done)
 
     def are_done(self) -> bool:
-        """Whether one is done at least, and none is under way."""
+        """Whether at least one run is done, and none is under way."""
         with self._lock:
             any_done = any(run.done for run in self._runs.values())
         return any_done and not self.under_way()

@@ -1,4 +1,4 @@
-"""How a run joins a host: it registers there, learns who renders and perceives elsewhere, and says when it is done."""
+"""How a run joins a host: it registers there, looks up the remote workers, and tells the host when it is done."""
 
 import os
 import socket
@@ -13,7 +13,6 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from orchestrator.errors import HostLost, HostNotTold
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.heartbeat import Health
 from protocol.client.client import Client
 from protocol.client.pool import Pool
@@ -23,25 +22,26 @@ from protocol.messages import AT_WORK, Dismiss, Role, State, WorkerRecord
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import KEY_VARIABLE, security_from
 from protocol.server.membership import Membership
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 from protocol.transport.address import host_of
 
 NEEDED = (Role.RENDER, Role.PERCEPTION)
-"""Of whom a run needs one at work."""
+"""The roles of which a run needs a worker."""
 
-LOOK = 0.1
+POLL = 0.1
 _FOR_EVER = 1e9
 _ASK_AGAIN = 5.0
 _HOPELESS = (NotPermitted, VersionMismatch, WrongRole)
-"""What waiting does not help against."""
+"""Errors that waiting does not cure."""
 
 
 class Join(Struct, frozen=True, eq=False, kw_only=True):
     """A host to join.
 
     Attributes:
-        options: how an agent is given the same keys, on its command line.
-        incarnation: of this process, which is a new one.
+        options: the options that give an agent the same keys on its command line.
+        incarnation: this process's, under which it registers.
     """
 
     address: str
@@ -53,12 +53,12 @@ class Join(Struct, frozen=True, eq=False, kw_only=True):
 def join_of(
     address: str | None, key: Path | None, allowed: Path | None, *, insecure: bool, environment: Mapping[str, str]
 ) -> Join | None:
-    """What the options `--join`, `--key`, `--allowed` and `--insecure` come to; None without a host.
+    """The `Join` that the options `--join`, `--key`, `--allowed` and `--insecure` ask for; None without a host.
 
     Raises:
-        InvalidInput: options that have no meaning without a host, or not together.
-        AddressUnavailable: the address is none.
-        NotPermitted: a file is missing, damaged or open to others, or the key does not count, or not for an agent.
+        InvalidInput: an option needs a host, or two options exclude each other.
+        AddressUnavailable: the address is invalid.
+        NotPermitted: a file is missing, damaged or open to other users, or the key is not an allowed key of an agent.
     """
     if address is None:
         if key is not None or allowed is not None or insecure:
@@ -72,17 +72,17 @@ def join_of(
     options = ("--insecure",) if insecure else ()
     for option, path in (("--key", key), ("--allowed", allowed)):
         if path is not None:
-            # Not resolved: what a link points to may have no list of allowed keys beside it.
+            # Links are not resolved: the file behind one may have no list of allowed keys beside it.
             options += (option, str(path.absolute()))
     return Join(address=address, security=security, options=options)
 
 
 class JoinedHost:
-    """The host as its run knows it; registered there for as long as this is open.
+    """A run's client of its host; the run is registered there as long as this is open.
 
     Raises:
-        AddressUnavailable: its address is none.
-        NotPermitted: it is on another machine, and there are no keys.
+        AddressUnavailable: the host's address is invalid.
+        NotPermitted: the host is on another machine, and there are no keys.
     """
 
     def __init__(self, join: Join, run: str, timeouts: Timeouts, clock: Callable[[], float] = time.monotonic) -> None:
@@ -95,7 +95,8 @@ class JoinedHost:
         self._membership = Membership(
             join.address,
             describe=lambda: record,
-            # It never comes to that: `check` says when the host is gone, and the startup clock, when it does not come.
+            # Never called, since `grace` never ends: `check` reports a host that is gone, and the startup clock a host
+            # that does not come.
             on_orphaned=lambda: None,
             timeouts=replace(timeouts, grace=_FOR_EVER),
             security=join.security,
@@ -112,42 +113,42 @@ class JoinedHost:
         self._membership.close()
 
     def lookup(self, role: Role) -> tuple[WorkerRecord, ...]:
-        """Who of a role is in the host's table, as it said last. Agents are none of ours."""
+        """The workers of a role in the host's table, as of its last reply. Agents of other runs are not listed."""
         return self._membership.lookup(role) if role in NEEDED else ()
 
     def follow(self, pool: Pool, role: Role) -> None:
-        """Keep a pool's addresses as the host's table has them."""
+        """Keep a pool's addresses equal to those in the host's table."""
         self._membership.follow(pool, role)
 
     def lacks(self, role: Role) -> bool:
-        """Whether nobody of a role can work, of those whom a run needs."""
+        """Whether the run needs workers of a role, and none can work."""
         return role in NEEDED and not any(record.state in AT_WORK for record in self.lookup(role))
 
     def health(self) -> Iterator[Health]:
-        """Everybody whom a run can work with."""
+        """The health of the host's workers."""
         for role in NEEDED:
             yield from map(Health.as_registered, self.lookup(role))
 
     def check(self) -> None:
-        """Raise `HostLost` if the host has been silent for so long that its workers are about to end."""
+        """Raise `HostLost` if the host has been silent for so long that its workers end."""
         contact = self._membership.contact
         if contact.silence >= self._grace:
             raise HostLost(
-                f"the host at {self._address} is gone for {self._grace:g} s (timeouts.grace), and without one its "
+                f"the host at {self._address} has not answered for {self._grace:g} s (timeouts.grace), after which its "
                 f"workers end: {contact.trouble}"
             )
 
     def waits_for(self) -> str | None:
-        """Who is missing before a run can begin, and where; None where nobody is.
+        """What is missing before the run can begin; None where nothing is.
 
         Raises:
-            NotPermitted, VersionMismatch, WrongRole: it is no host to work with.
+            NotPermitted, VersionMismatch, WrongRole: the host refuses us.
         """
         contact = self._membership.contact
         if isinstance(contact.trouble, _HOPELESS):
             raise contact.trouble
         if not contact.ever:
-            reason = self._name.trouble() or "nobody answers there: does 'orchestrator host' run?"
+            reason = self._name.trouble() or "no answer: does 'orchestrator host' run there?"
             return f"a host at {self._address} ({reason})"
         missing = [role for role in NEEDED if self.lacks(role)]
         if not missing:
@@ -156,7 +157,7 @@ class JoinedHost:
 
 
 class NameLookup:
-    """Whether a machine's name means one, asked in a thread of its own: a name server may take long to answer."""
+    """Looks up a machine's name in a thread of its own, since a name server may take long to answer."""
 
     def __init__(self, host: str, clock: Callable[[], float] = time.monotonic) -> None:
         self._host = host
@@ -165,7 +166,7 @@ class NameLookup:
         self._trouble = ""
 
     def trouble(self) -> str:
-        """Why not, as far as is known; asks again every few seconds."""
+        """Why the name can't be resolved, as far as is known; looks it up again every few seconds."""
         if self._clock() >= self._due:
             self._due = self._clock() + _ASK_AGAIN
             threading.Thread(target=self._ask, name="name-lookup", daemon=True).start()
@@ -180,15 +181,15 @@ class NameLookup:
 
 
 def dismiss(join: Join, timeouts: Timeouts, show: Callable[[str], None], stop: StopRequest) -> None:
-    """Tell the host that the run is done, however often it takes within `timeouts.grace`.
+    """Tell the host that the run is done, with retries for `timeouts.grace` seconds.
 
     Args:
-        show: told what is being done.
+        show: called with what is being done.
 
     Raises:
-        HostNotTold: it did not answer, or does not take it from us, or somebody asked to stop first.
+        HostNotTold: the host did not answer, or refused, or the command was asked to stop first.
     """
-    told = f"the run is done, and the host at {join.address} was not told, so that its workers stay"
+    told = f"the run is done, and the host at {join.address} was not told, so its workers go on"
     try:
         with Client(
             join.address, role=Role.AGENT, serves=Role.ORCHESTRATOR, timeouts=timeouts, security=join.security
@@ -197,7 +198,7 @@ def dismiss(join: Join, timeouts: Timeouts, show: Callable[[str], None], stop: S
             while not pending.done():
                 stop.check()
                 show(f"telling the host at {join.address} that the run is done")
-                stop.nap(LOOK, until=pending.done)
+                stop.sleep(POLL, until=pending.done)
             pending.result()
     except VantageError as error:
         raise HostNotTold(f"{told}: {error}") from error

@@ -1,4 +1,4 @@
-"""Those who work for a run and are started by others, perhaps on other machines."""
+"""Workers of a run that it has not started itself; they may be on other machines."""
 
 from collections.abc import Iterable
 from typing import Protocol
@@ -8,34 +8,34 @@ from protocol.messages import Role, WorkerRecord
 
 
 class RemoteWorkers(Protocol):
-    """What a run has to know of them."""
+    """The remote workers of a run."""
 
     def waits_for(self) -> str | None:
-        """Who is missing, and where, to follow the words "waiting for"; None where they can work.
+        """What is missing, as words to follow "waiting for"; None where the workers are ready.
 
         Raises:
-            VantageError: they will never work with us.
+            VantageError: they refuse us for good.
         """
         ...
 
     def check(self) -> None:
-        """Raise what makes it impossible to go on."""
+        """Raise the error that makes it impossible to go on, if there is one."""
         ...
 
     def health(self) -> Iterable[Health]:
-        """How they are."""
+        """The health of each."""
         ...
 
     def lookup(self, role: Role) -> tuple[WorkerRecord, ...]:
-        """Who serves a role, and where."""
+        """The workers of a role."""
         ...
 
     def lacks(self, role: Role) -> bool:
-        """Whether the run needs one of a role from them, and there is none that can work."""
+        """Whether the run needs remote workers of a role, and none can work."""
         ...
 
 
-class _Nobody:
+class _NoRemoteWorkers:
     def waits_for(self) -> str | None:
         return None
 
@@ -52,5 +52,5 @@ class _Nobody:
         return False
 
 
-NOBODY_ELSEWHERE: RemoteWorkers = _Nobody()
-"""For a run whose processes are all started here."""
+NO_REMOTE_WORKERS: RemoteWorkers = _NoRemoteWorkers()
+"""For a run that starts all its processes itself."""

@@ -1,1 +1,1 @@
-"""What a learned lifter is fitted on: views of train identities, far wider than what it is tested on."""
+"""The training views of a learned lifter: of train identities, with a wider distribution than the test views."""

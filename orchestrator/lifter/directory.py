@@ -1,4 +1,4 @@
-"""A fit on disk: the views that it is made on, their table, and the lifter."""
+"""A fit on disk: its views, their table, and the lifter."""
 
 from pathlib import Path
 from typing import ClassVar
@@ -23,7 +23,7 @@ class FitDirectory(ViewsDirectory[FitViews], frozen=True):
 
     @property
     def lifter_path(self) -> Path:
-        """What was fitted."""
+        """The fitted lifter."""
         return self.path / "lifter.msgpack"
 
     def parts(self) -> Parts:

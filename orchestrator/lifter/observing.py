@@ -1,4 +1,4 @@
-"""Has the views of a fit rendered and looked at by the workers, part by part."""
+"""Observes the views of a fit by the workers, part by part."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -30,11 +30,11 @@ from protocol.scene import Scene
 _ACTIVITY = "observing train people"
 
 _GLANCE = Intrinsics.from_horizontal_fov(16, 16, 70.0)
-"""The smallest picture: of it nothing but the truth is taken."""
+"""The smallest picture, since only its truth is used."""
 
 
 class _Subject(Struct, frozen=True, eq=False):
-    """A scene, whence its poses are, and where the person's joints are: (18, 3) world frame, metres."""
+    """A scene, the set of its poses, and the person's joints, (18, 3) in the world frame, metres."""
 
     scene: Scene
     poses: str
@@ -48,10 +48,10 @@ class _Shot(Struct, frozen=True, eq=False):
 
 
 def observe_fit_views(parts: Parts, views: FitViews, environment: EnvironmentConfig, workers: WorkerPools) -> None:
-    """Observe the views of every part that is missing, and write each part.
+    """Observe the views of every missing part, and write each part.
 
     Raises:
-        Interrupted: somebody asked to stop; the parts that are whole stay.
+        Interrupted: the command was asked to stop; the whole parts stay.
         CallFailed: a worker could not answer.
     """
     missing = parts.missing()
@@ -111,7 +111,7 @@ def _glance_at(scene: Scene) -> Camera:
 
 
 def _asked(views: FitViews, shot: _Shot, workers: WorkerPools, rate: Rate) -> Observe | Perceive:
-    """What is asked of a perception worker: to have a view rendered, or to look at it with something before it."""
+    """The request to a perception worker: observe a view, or perceive a frame with an obstacle painted into it."""
     request = shot.request
     if not shot.view.hidden:
         return request

@@ -1,4 +1,4 @@
-"""Something before the person, painted into a frame: a board of one colour, as a counter, a pole or a door would be."""
+"""An obstacle before the person, painted into a frame: a board of one colour, like a counter, a pole or a door."""
 
 import numpy as np
 from msgspec.structs import replace
@@ -8,7 +8,7 @@ from protocol.camera import project
 from protocol.frame import Frame
 
 NEARER = (0.35, 0.9)
-"""How far it is, as a share of how far the person is."""
+"""Its distance, as a share of the person's distance."""
 
 _SMALLEST, _LARGEST = 0.15, 0.7
 """Of the person's height and width in the picture."""

@@ -1,4 +1,4 @@
-"""The table that a lifter is fitted on: a row for each view, with what was known of it and what was true."""
+"""The table that a lifter is fitted on: a row for each view, with its evidence and its truth."""
 
 from collections.abc import Mapping, Sequence
 
@@ -45,7 +45,7 @@ def row_of(view: FitView, poses: str, scene: Scene, camera: Camera, observation:
     """A view's row.
 
     Raises:
-        InvalidInput: the truth or the evidence did not come: a worker is older than this command.
+        InvalidInput: the truth or the evidence is missing, since a worker is older than this command.
     """
     if observation.joints is None or observation.visible is None or observation.evidence is None:
         raise InvalidInput("an observation came without the truth or the evidence; are the workers of this version?")

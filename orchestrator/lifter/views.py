@@ -1,6 +1,6 @@
-"""The views that a lifter learns from: who, in what pose, seen by which camera, and what a filter believed before.
+"""The views that a lifter learns from: the person, their pose, the camera, and the filter's state before the view.
 
-All of a view follows from the set's seed and its own number, whoever asks for it and however many there are.
+A view depends only on the set's seed and its own number.
 """
 
 import math
@@ -26,26 +26,26 @@ SIZES = ((640, 480), (640, 480), (848, 480), (424, 240), (1280, 720))
 NOISES: tuple[DepthNoise, ...] = ("none", "d435i")
 
 ACCOMPANIED, HIDDEN, TURNED_ASIDE, UNKNOWN = 0.15, 0.08, 0.3, 0.1
-"""Shares of the scenes with somebody else in them, and of the views with an obstacle before the person, with a camera
-that is not turned to the person's middle, and with a filter that knows nobody yet."""
+"""Shares of the scenes with a bystander, and of the views with an obstacle before the person, with a camera that is not
+turned to the person's middle, and with an initial filter."""
 
 ASIDE: Vector3 = (0.35, 0.35, 0.4)
-"""Metres, deviations of what a camera is turned to that is not turned to the middle."""
+"""Metres, standard deviations of the target of a camera that is not turned to the person's middle."""
 
 BODY_OFF, JOINT_OFF = (0.01, 0.25), (0.02, 0.15)
-"""Metres, deviations of all that a filter believes and of each of its joints, drawn evenly in their logarithms."""
+"""Metres, standard deviations of a filter's body and of each of its joints, log-uniform."""
 
 IN_FRONT = (0.3, 0.8)
-"""Where on the way from the person to the camera somebody else stands who stands in front."""
+"""Where a bystander in front stands, as a share of the way from the person to the camera."""
 
 
 class FitViews(Struct, frozen=True, kw_only=True):
     """All the views that a lifter is fitted on.
 
     Attributes:
-        wide: the share of scenes in poses of the widest ranges; the others are in the eight kinds'.
-        views_a_scene: views in a row of one scene, but for who else is in it.
-        frames_a_part: that are written at once, and lost at most by a kill.
+        wide: the share of scenes with poses of the widest ranges; the others have the eight kinds.
+        views_a_scene: views in a row of one scene, except for its bystanders.
+        frames_a_part: how many are written at once; a kill loses at most these.
     """
 
     frames: int = 60000
@@ -62,18 +62,18 @@ class FitViews(Struct, frozen=True, kw_only=True):
 
     @property
     def words(self) -> str:
-        """What they are, for messages."""
+        """A description of the views, for messages."""
         each = f"{self.views_a_scene} a scene, {self.frames_a_part} a part"
         return f"{self.frames} frames, seed {self.seed}, {each}, {self.wide:g} of the scenes in wide poses"
 
 
 class FitView(Struct, frozen=True, kw_only=True):
-    """One of them.
+    """One view.
 
     Attributes:
-        viewpoint: where the camera is, as seen from the person.
-        aside: metres in the world by which it is turned past the person's middle.
-        off: metres, deviations of what the filter believes of the body and of each joint; none where it knows nobody.
+        viewpoint: the camera's, relative to the person.
+        aside: metres in the world by which its target is beside the person's middle.
+        off: metres, standard deviations of the filter's body and of each joint; None for an initial filter.
         hidden: whether an obstacle is before the person.
     """
 
@@ -87,7 +87,7 @@ class FitView(Struct, frozen=True, kw_only=True):
 
 
 def scene_request(views: FitViews, scene: int) -> SampleScene:
-    """Scene number `scene`, whose identity is yet to be set to `identity_of`."""
+    """The request for scene number `scene`; its identity is to be replaced by `identity_of`."""
     random = np.random.default_rng((views.seed, scene, 0))
     poses: Poses = "wide" if random.random() < views.wide else "kinds"
     return SampleScene(
@@ -96,7 +96,7 @@ def scene_request(views: FitViews, scene: int) -> SampleScene:
 
 
 def identity_of(scene: int) -> int:
-    """Identities take turns."""
+    """The identity of a scene: all in turn."""
     return TRAIN_IDENTITIES[scene % len(TRAIN_IDENTITIES)]
 
 
@@ -127,11 +127,11 @@ def camera_of(view: FitView, scene: Scene, environment: EnvironmentConfig) -> Ca
 
 
 def believed(views: FitViews, view: FitView, joints: Float64Array, scene: Scene, height: float) -> FilterState:
-    """What a filter says before a view.
+    """The filter's state before a view.
 
     Args:
         joints: (18, 3) the true ones, world frame, metres.
-        height: metres above the ground at which a filter that knows nobody begins.
+        height: metres above the ground at which an initial filter begins.
     """
     begun = FilterState.initial((*scene.position, height))
     if view.off is None:
@@ -144,7 +144,7 @@ def believed(views: FitViews, view: FitView, joints: Float64Array, scene: Scene,
 
 
 def company_of(views: FitViews, view: FitView, scene: Scene, camera: Camera) -> Scene:
-    """The scene with whoever else is in it between the person and the camera, in one view of two."""
+    """The scene with its bystander, in half of the views moved between the person and the camera."""
     random = np.random.default_rng((views.seed, view.number, 3))
     if not scene.bystanders or random.random() < 0.5:
         return scene

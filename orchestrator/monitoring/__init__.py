@@ -1,1 +1,1 @@
-"""What people and monitoring systems are shown of a run."""
+"""The state of a run, for terminals and monitoring systems."""

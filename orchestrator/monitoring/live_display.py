@@ -1,4 +1,4 @@
-"""What a person sees while a run goes on: a live view on a terminal, plain lines elsewhere."""
+"""The display of a command at work: a live view on a terminal, otherwise plain lines."""
 
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
@@ -32,7 +32,7 @@ STATE_STYLES = {
 
 
 class FrameCount(Struct, frozen=True, kw_only=True):
-    """How far an experiment is, in frames."""
+    """The progress of an experiment, in frames."""
 
     step: int
     steps: int
@@ -40,12 +40,12 @@ class FrameCount(Struct, frozen=True, kw_only=True):
 
 
 class Snapshot(Struct, frozen=True, kw_only=True):
-    """A run at one moment.
+    """The state of a run at one moment.
 
     Attributes:
-        activity: what is being done or waited for.
+        activity: what the command does or waits for.
         elapsed: seconds since the command began.
-        warning: the last one of any process.
+        warning: the last warning of any process.
     """
 
     activity: str
@@ -56,16 +56,16 @@ class Snapshot(Struct, frozen=True, kw_only=True):
 
 
 class Display(Protocol):
-    """Shows snapshots; it decides itself how often."""
+    """Shows snapshots, as often as it decides itself."""
 
     def show(self, snapshot: Snapshot) -> None:
-        """Show how the run is now."""
+        """Show the present state of the run."""
         ...
 
 
 @contextmanager
 def open_display(console: Console) -> Generator[Display]:
-    """A live view where the console is a terminal, plain lines elsewhere."""
+    """A live view where the console is a terminal, otherwise plain lines."""
     if not console.is_terminal:
         yield LineDisplay(console)
         return
@@ -85,7 +85,7 @@ class LiveDisplay:
 
 
 class LineDisplay:
-    """Writes a line when the activity changes, when there is a new warning, and every few seconds between."""
+    """Writes a line when the activity changes, at each new warning, and every few seconds."""
 
     def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic) -> None:
         self._console = console
@@ -95,7 +95,7 @@ class LineDisplay:
         self._warning: str | None = None
 
     def show(self, snapshot: Snapshot) -> None:
-        """Write a line if it is time for one."""
+        """Write a line if one is due."""
         if snapshot.warning is not None and snapshot.warning != self._warning:
             self._warning = snapshot.warning
             self._write(f"warning: {snapshot.warning}")
@@ -134,7 +134,7 @@ def snapshot_view(snapshot: Snapshot) -> RenderableType:
 
 
 def figures(progress: Progress | FrameCount) -> Iterator[str]:
-    """What matters of a progress, each in a few words."""
+    """The figures of a progress, each in a few words."""
     if isinstance(progress, FrameCount):
         yield f"{progress.step}/{progress.steps} frames"
         yield f"{progress.steps_per_second:.1f} frames/s"
@@ -153,7 +153,7 @@ def stages_text(stages: Mapping[Stage, float]) -> str:
 
 
 def workers_table(workers: Sequence[Health]) -> Table:
-    """One row a process: its name, its state, and what it has in hand."""
+    """One row a process: its name, its state, its counts."""
     table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim")
     table.add_column("process")
     table.add_column("state", min_width=LONGEST_STATE)
@@ -174,7 +174,7 @@ def workers_table(workers: Sequence[Health]) -> Table:
 
 
 def duration(seconds: float) -> str:
-    """`m:ss`, or `h:mm:ss` from an hour on."""
+    """A duration as `m:ss`, or `h:mm:ss` from an hour on."""
     minutes, left = divmod(int(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02d}:{left:02d}" if hours else f"{minutes}:{left:02d}"

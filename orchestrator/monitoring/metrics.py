@@ -11,13 +11,13 @@ from protocol.telemetry.metrics import counted
 
 
 class ProcessCollector(Collector):
-    """Who is at work, as of the last snapshot; nothing before the first."""
+    """Counts the processes at work, as of the last snapshot; nothing before the first."""
 
     def __init__(self, snapshot: Callable[[], Snapshot | None]) -> None:
         self._snapshot = snapshot
 
     def collect(self) -> Iterable[Metric]:
-        """The metrics as of the last look at the processes."""
+        """The metrics as of the last snapshot."""
         snapshot = self._snapshot()
         if snapshot is not None:
             yield from self._tell(snapshot)
@@ -28,11 +28,11 @@ class ProcessCollector(Collector):
 
 
 class RunCollector(ProcessCollector):
-    """What a run's last snapshot tells, restarts included."""
+    """The metrics of a run's last snapshot, restarts included."""
 
     def _tell(self, snapshot: Snapshot) -> Iterator[Metric]:
-        restarts = CounterMetricFamily("vantage_restarts", "Restarts that nobody planned", labels=("process",))
-        # Workers of other machines may well be called the same, and a sample is told once.
+        restarts = CounterMetricFamily("vantage_restarts", "Unplanned restarts", labels=("process",))
+        # Workers on other machines may have the same name, and a sample may appear only once.
         names = dict.fromkeys(health.name for health in snapshot.workers)
         for name in names:
             restarts.add_metric((name,), sum(one.restarts for one in snapshot.workers if one.name == name))

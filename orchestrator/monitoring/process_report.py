@@ -1,4 +1,4 @@
-"""What processes say of themselves over HTTP, on whichever machine: the other way to ask how a run is."""
+"""The state of processes on any machine, by their own HTTP endpoints."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -30,18 +30,18 @@ _FIGURES = {
     "vantage_restarts_total": "restarts",
     "vantage_process_resident_memory_bytes": "memory, bytes",
 }
-"""The metrics that are shown, in this order, each summed over its labels."""
+"""The metrics to show, in this order, each summed over its labels."""
 
 
 class ProcessReport(Struct, frozen=True, kw_only=True):
-    """A process, as it answered.
+    """The answers of a process.
 
     Attributes:
-        at: where it was asked.
-        trouble: why there is no answer, or none that can be read; empty where there is one.
+        at: the endpoint that was asked.
+        trouble: why there is no readable answer; empty where there is one.
         ready: whether it can do its work.
-        waits_for: what it waits for until it can.
-        figures: see docs/metrics.md for what stands behind each.
+        waits_for: what it waits for before it is ready.
+        figures: its metrics by the names of `_FIGURES`; docs/metrics.md defines each.
     """
 
     at: str
@@ -53,7 +53,7 @@ class ProcessReport(Struct, frozen=True, kw_only=True):
 
 
 def process_reports(places: Sequence[Endpoint], patience: float = PATIENCE) -> tuple[ProcessReport, ...]:
-    """Ask processes how they are, side by side; the reports come in the places' order."""
+    """Ask processes in parallel; the reports are in the order of the endpoints."""
     with (
         httpx.Client(timeout=patience, trust_env=False) as client,
         ThreadPoolExecutor(max_workers=max(1, len(places))) as threads,
@@ -67,11 +67,11 @@ def _report(client: httpx.Client, at: Endpoint) -> ProcessReport:
         readiness = msgspec.json.decode(_get(client, at, "/health/ready"), type=Readiness)
         figures = _figures(_get(client, at, "/metrics").decode())
     except httpx.TimeoutException:
-        return ProcessReport(at=str(at), trouble="it took too long to answer")
+        return ProcessReport(at=str(at), trouble="no answer in time")
     except httpx.HTTPError as error:
-        return ProcessReport(at=str(at), trouble=f"nobody answers: {error}")
+        return ProcessReport(at=str(at), trouble=f"no answer: {error}")
     except (*UNDECODABLE, ValueError) as error:
-        return ProcessReport(at=str(at), trouble=f"this is no process of ours: {error}")
+        return ProcessReport(at=str(at), trouble=f"this is not a Vantage process: {error}")
     return ProcessReport(at=str(at), ready=readiness.ready, waits_for=readiness.waits_for, info=info, figures=figures)
 
 
@@ -88,7 +88,7 @@ def _figures(exposition: str) -> dict[str, float]:
 
 
 def reports_table(reports: Iterable[ProcessReport]) -> Table:
-    """One row a process: who it is, whether it is ready, and its figures."""
+    """One row a process: its role and name, whether it is ready, and its figures."""
     table = Table("at", "role", "name", "is", "figures", box=None, header_style="dim", pad_edge=False)
     for report in reports:
         role, name = (report.info.role, report.info.name) if report.info else ("", "")

@@ -1,4 +1,4 @@
-"""What a run came to, for programs (`--json`) and for people."""
+"""The result of a run, as JSON and as text."""
 
 from collections.abc import Iterator, Mapping
 from typing import get_args
@@ -15,15 +15,15 @@ from protocol.records import Evaluation, Stage, Summary
 
 
 class TrainingReport(Struct, frozen=True, kw_only=True):
-    """What `train --json` prints.
+    """The output of `train --json`.
 
     Attributes:
         run: the run directory.
-        interrupted: whether somebody stopped it before its end.
-        stages: median seconds an environment step spends in each stage; None for a stage that none was measured of.
-        restarts: how often each process was started again that failed.
-        recycled: how often each worker was replaced on purpose, for its memory or its requests.
-        evaluation: None where none was flown.
+        interrupted: whether it was stopped on request before its end.
+        stages: median seconds that an environment step spends in each stage; None for a stage without measurements.
+        restarts: how often each process was restarted after a failure.
+        recycled: how often each worker was replaced at a limit of memory or requests.
+        evaluation: None where there is none.
     """
 
     run: str
@@ -42,7 +42,7 @@ class TrainingReport(Struct, frozen=True, kw_only=True):
 
 
 def training_report(run: RunDirectory, *, interrupted: bool) -> TrainingReport | None:
-    """What a training came to; None where it ended before the agent's summary."""
+    """The report of a training; None where it ended before the agent wrote a summary."""
     summary = run.summary()
     if summary is None:
         return None
@@ -65,7 +65,7 @@ def training_report(run: RunDirectory, *, interrupted: bool) -> TrainingReport |
 
 
 def report_view(report: TrainingReport) -> RenderableType:
-    """The report as a few lines, the evaluation's table last."""
+    """The report as a few lines, and the table of the evaluation."""
     lines: list[RenderableType] = [
         Text(trained_words(report, "stopped after" if report.interrupted else "trained"), "bold"),
         Text(stages_text({stage: seconds for stage, seconds in report.stages.items() if seconds is not None})),
@@ -80,7 +80,7 @@ def report_view(report: TrainingReport) -> RenderableType:
 
 
 def trained_words(training: TrainingReport | Summary, verb: str = "trained") -> str:
-    """What a training came to, in a line."""
+    """The result of a training, in a line."""
     return (
         f"{verb} {training.steps} steps in {duration(training.seconds)} ({training.steps_per_second:.1f} steps/s), "
         f"{training.episodes} episodes, {training.updates} gradient updates"

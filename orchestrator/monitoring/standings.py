@@ -1,4 +1,4 @@
-"""How the processes stand that a run needs, by role."""
+"""The standings of the processes that a run needs, by role."""
 
 from collections.abc import Mapping
 
@@ -12,7 +12,7 @@ _AT_WORK = frozenset({State.READY.value, State.BUSY.value, RUNNING})
 
 
 def standings_by_role(snapshot: Snapshot) -> Mapping[Role, tuple[Standing, ...]]:
-    """How the processes of each role stand that a run needs."""
+    """The standing of each process that a run needs, by role."""
     return {
         role: tuple(
             Standing(address=one.name, at_work=one.state in _AT_WORK, reason="" if one.state in _AT_WORK else one.state)

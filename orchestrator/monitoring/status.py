@@ -1,4 +1,4 @@
-"""How a run is right now, as its files and its processes tell."""
+"""The present state of a run, by its files and its processes."""
 
 import shlex
 import time
@@ -40,19 +40,19 @@ _STYLES: Mapping[State, str] = {
 
 
 class RunStatus(Struct, frozen=True, kw_only=True):
-    """What `status` prints.
+    """The output of `status`.
 
     Attributes:
-        state: `running` while an orchestrator works on it, `abandoned` where processes go on without one. Else how it
-            ended: `finished`, `stopped` by somebody, `failed`, or `broken off` where its orchestrator was killed; or
-            `damaged` where what it was told is not all there.
-        ended: when, in seconds since 1970; None while it goes on, or where nobody wrote that down.
-        reason: why it did before all was done, in a sentence.
-        is_finished: whether all that was to be done in it is done.
-        phase: what the agent did last; None before its first word.
-        progress: how far it was then, as of `progress.time`; of a run that has ended, no news.
-        restarts: how often each process was started again that failed.
-        files: what it has made, relative to `run`.
+        state: `running` while an orchestrator works on it; `abandoned` while processes run without one; otherwise how
+            it ended: `finished`, `stopped` on request, `failed`, or `broken off` where its orchestrator was killed; or
+            `damaged` where its configuration, plan or versions are damaged.
+        ended: when it ended, in seconds since 1970; None before that, or where it was not recorded.
+        reason: why it was stopped or failed, in a sentence.
+        is_finished: whether all that was planned is done.
+        phase: the agent's last phase; None before its first progress.
+        progress: the agent's last progress, as of `progress.time`.
+        restarts: how often each process was restarted after a failure.
+        files: the results that exist, relative to `run`.
     """
 
     run: str
@@ -72,7 +72,7 @@ class RunStatus(Struct, frozen=True, kw_only=True):
 
 
 def run_status(run: RunDirectory, patience: float = PATIENCE) -> RunStatus:
-    """Look at a run without disturbing it; it needs no right to write."""
+    """Find out the state of a run, without any write to it."""
     processes = run.processes()
     alive = [process for process in processes if is_alive(process)]
     progress, restarts = run.progress(), count_restarts(run.restarts())
@@ -103,9 +103,9 @@ class _Standing(NamedTuple):
 
 
 def _standing(run: RunDirectory, *, goes_on: bool) -> _Standing:
-    """How a run is, by its own records first: that its processes run not says nothing of what it came to."""
+    """The state of a run, by its records first: whether its processes run does not tell how it ended."""
     try:
-        run.told()
+        run.whole_config()
         finished = run.is_finished()
     except (InvalidConfig, DamagedRecord) as error:
         return _Standing("damaged", reason=str(error))
@@ -122,7 +122,7 @@ def _standing(run: RunDirectory, *, goes_on: bool) -> _Standing:
 
 
 def _finished_at(ending: Ending | None, progress: Progress | None) -> float | None:
-    """When all was done: nobody notes the end of an evaluation that is asked for, nor did versions of before."""
+    """When all was done: `evaluate` records no ending, nor did older versions."""
     if ending is not None and ending.outcome == "finished":
         return ending.time
     return _last_heard(ending, progress)
@@ -146,7 +146,7 @@ def _health_of(
 
 
 def status_view(status: RunStatus) -> RenderableType:
-    """The status as a few lines: what goes on with its processes, or how it ended and what can be done."""
+    """The status as a few lines: its processes while it runs; otherwise how it ended, and how to continue."""
     goes_on = status.state in ("running", "abandoned")
     return Group(
         Text.assemble(status.run, "  ", (status.state, _STYLES[status.state])),
@@ -156,8 +156,10 @@ def status_view(status: RunStatus) -> RenderableType:
 
 def _at_work(status: RunStatus) -> Iterator[RenderableType]:
     if status.state == "abandoned":
-        yield Text(f"its orchestrator is gone, and some of its processes go on for a while: {_resume(status)}")
-    yield Text("   ".join(figures(status.progress)) if status.progress else "its agent has not said anything yet")
+        yield Text(f"its orchestrator is gone, and some of its processes still run: {_resume(status)}")
+    yield Text(
+        "   ".join(figures(status.progress)) if status.progress else "its agent has not reported any progress yet"
+    )
     made = [name for name, there in (("weights", status.has_weights), ("evaluation", status.has_evaluation)) if there]
     yield Text(f"made so far: {', '.join(made) or 'no weights yet'}", "dim")
     if status.workers:
@@ -173,7 +175,7 @@ def _at_rest(status: RunStatus) -> Iterator[RenderableType]:
         again = f"'orchestrator evaluate {shlex.quote(status.run)}' flies its evaluation again"
         yield Text(f"'orchestrator resume {shlex.quote(status.run)}' prints its report, {again}")
     elif status.state != "damaged":
-        yield Text(f"it has not come to its end: {_resume(status)}")
+        yield Text(f"it is not finished: {_resume(status)}")
 
 
 def _end(status: RunStatus) -> str:
@@ -182,35 +184,35 @@ def _end(status: RunStatus) -> str:
     why = f": {status.reason}" if status.reason else ""
     match status.state:
         case "finished":
-            return f"it has come to its end{when}"
+            return f"it is finished{when}"
         case "stopped":
             return f"it was stopped{when}{why}"
         case "failed":
             return f"it failed{when}{why}"
         case "damaged":
-            return f"it can't be gone on with{why}"
+            return f"it can't be continued{why}"
         case _ if when or status.workers:
             heard = f"; it was last heard of{when}" if when else ""
             return f"its orchestrator was killed, or its machine went down{heard}"
         case _:
-            return "nobody has begun it"
+            return "no work on it has begun"
 
 
 def _outcome(status: RunStatus) -> Iterator[Text]:
-    """How far it came, in a line, and how the policy flew, in another."""
+    """How far it came, and the score of the policy."""
     summary, progress, evaluation = status.summary, status.progress, status.evaluation
     if summary is not None and summary.complete:
         yield Text(trained_words(summary), "bold")
     elif progress is not None:
-        yield Text(f"it came to step {progress.step} of {progress.steps} in its {progress.phase}", "bold")
+        yield Text(f"it reached step {progress.step} of {progress.steps} of its {progress.phase}", "bold")
     else:
-        yield Text("its agent has not said anything yet")
+        yield Text("its agent has not reported any progress yet")
     if evaluation is not None and evaluation.scores:
         yield Text(_score_words(evaluation.scores[0]), "bold")
 
 
 def _score_words(score: PolicyScore) -> str:
-    """How a policy flew, in a line."""
+    """The score of a policy, in a line."""
     return (
         f"policy '{score.policy}' over {score.episodes} flights: return {score.total_reward.mean:.1f}, "
         f"uncertainty {score.uncertainty.mean:.2f}, success {score.success.mean:.0%}, crash {score.crash.mean:.0%}"
@@ -218,11 +220,11 @@ def _score_words(score: PolicyScore) -> str:
 
 
 def _resume(status: RunStatus) -> str:
-    return f"go on with it by 'orchestrator resume {shlex.quote(status.run)}'"
+    return f"continue it by 'orchestrator resume {shlex.quote(status.run)}'"
 
 
 def moment(seconds: float) -> str:
-    """A time since 1970 by the clock on the wall here; as a number where no calendar has it."""
+    """A time since 1970 as local date and time; as a number where it is out of the calendar's range."""
     try:
         return f"{datetime.fromtimestamp(seconds):%Y-%m-%d at %H:%M}"
     except (OverflowError, ValueError, OSError):

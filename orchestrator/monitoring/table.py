@@ -1,4 +1,4 @@
-"""The evaluation as a table for people."""
+"""The evaluation as a table for display."""
 
 from collections.abc import Callable
 

@@ -1,6 +1,6 @@
-"""How a run is, behind an HTTP port: ready while somebody of every role is at work.
+"""The health and metrics of a run over HTTP: ready while a process of every role is at work.
 
-It knows what is shown to people, and asks the supervisor nothing, which belongs to another thread.
+They come from the snapshots that the display gets. The supervisor belongs to another thread and is not asked.
 """
 
 import time
@@ -15,20 +15,20 @@ from protocol.messages import Pong, Role
 from protocol.observer import NOBODY, Finished, Observed, Observer, Turning
 from protocol.telemetry.endpoint import Endpoint
 from protocol.telemetry.info import About, Info, info
-from protocol.telemetry.process import needs_libraries, process_telemetry
+from protocol.telemetry.process import needs_libraries
 from protocol.telemetry.readiness import Wait, waits_for_any
-from protocol.telemetry.worker import WatchedWorker
+from protocol.telemetry.worker import WatchedWorker, server_telemetry
 
 STALE = 5.0
-"""Seconds without a look at the processes, after which nobody knows how they are."""
+"""Seconds without a snapshot, after which the state of the processes counts as unknown."""
 
 
 class WatchedRun:
-    """Sees what a display sees, and watches the registry; can be asked how the run is.
+    """The telemetry of a run: a display that keeps the last snapshot, and an observer of the registry.
 
     Attributes:
-        snapshot: the run as it was last shown; None before.
-        count: told of each request to the registry that is over.
+        snapshot: the last one that was shown; None before the first.
+        count: called with each finished request to the registry.
     """
 
     def __init__(self, about: About, display: Display, clock: Callable[[], float] = time.monotonic) -> None:
@@ -41,45 +41,45 @@ class WatchedRun:
         self._registry: Observed | None = None
 
     def show(self, snapshot: Snapshot) -> None:
-        """Note how the run is, and show it."""
+        """Keep the snapshot, and show it."""
         self.snapshot, self._shown = snapshot, self._clock()
         self._display.show(snapshot)
 
     def attend(self, worker: Observed) -> None:
-        """This answers for the registry now."""
+        """Observe the server of the registry."""
         self._registry = worker
 
     def finished(self, request: Finished) -> None:
-        """A request to the registry is over."""
+        """Count a finished request to the registry."""
         self.count(request)
 
     def pong(self) -> Pong | None:
-        """How the registry is; None before it answers."""
+        """The registry's health; None before it answers."""
         return None if self._registry is None else self._registry.pong()
 
     def threads(self) -> Iterator[Turning]:
-        """The registry's."""
+        """The registry's thread."""
         if self._registry is not None:
             yield self._registry
 
     def waits(self) -> Iterator[Wait]:
-        """The processes of a role of which none is at work, or a look at them."""
+        """The roles of which no process is at work, and a display that got no snapshot for a while."""
         if self.snapshot is None:
             yield Wait("start", "no process was started yet")
             return
         if self._clock() - self._shown > STALE:
-            yield Wait("look", "the processes were not looked at for a while: it ends, or hangs")
+            yield Wait("look", "the processes were not polled for a while: the orchestrator ends, or hangs")
         for role, standings in standings_by_role(self.snapshot).items():
             yield from waits_for_any(role, standings)
 
     def info(self) -> Info:
-        """What the orchestrator is."""
+        """The description of the orchestrator."""
         pong = self.pong()
         return info(self._about, incarnation="" if pong is None else pong.incarnation, calls={})
 
 
 class LastShown:
-    """Passes on what is shown, and keeps the last of it."""
+    """A display that keeps the last snapshot, and passes each on."""
 
     def __init__(self, display: Display) -> None:
         self.snapshot: Snapshot | None = None
@@ -92,7 +92,7 @@ class LastShown:
 
 
 class Monitors(Struct, frozen=True, eq=False):
-    """Whom a run is to be shown to, and who is to watch its registry."""
+    """The display of a run, and the observer of its registry."""
 
     display: Display
     registry: Observer = NOBODY
@@ -100,40 +100,34 @@ class Monitors(Struct, frozen=True, eq=False):
 
 @contextmanager
 def run_telemetry(at: Endpoint | None, run: str, display: Display) -> Generator[Monitors]:
-    """Serve how a run is at an endpoint, or nowhere; gives what the run is to be worked on with.
+    """Serve the telemetry of a run at an endpoint, if one is given; yields the display and observer for the run.
 
     Raises:
-        AddressUnavailable: the port is in use, or the host is none of this machine's.
+        AddressUnavailable: the port is in use, or the host is not this machine's.
         Unavailable: a library that this needs is not installed.
     """
     if at is None:
         yield Monitors(display)
         return
     with needs_libraries():
-        # Only here: who is not to serve this does not load it.
+        # Only here: a command that does not serve this does not load it.
         from orchestrator.monitoring.metrics import RunCollector
-        from protocol.telemetry.metrics import RequestMetrics, WorkerCollector
     watched = WatchedRun(About(role=Role.ORCHESTRATOR, name=run), display)
-    with process_telemetry(at, watched, {}) as registry:
+    with server_telemetry(at, watched, {}) as registry:
         registry.register(RunCollector(lambda: watched.snapshot))
-        registry.register(WorkerCollector(watched.pong))
-        watched.count = RequestMetrics(registry).count
         yield Monitors(watched, watched)
 
 
 @contextmanager
 def host_telemetry(at: Endpoint | None, bind: str, display: Display) -> Generator[Monitors]:
-    """As `run_telemetry`, for a host: it is ready as soon as it serves, whoever is there."""
+    """As `run_telemetry`, for a host: it is ready as soon as it serves, with or without workers."""
     if at is None:
         yield Monitors(display)
         return
     with needs_libraries():
         from orchestrator.monitoring.metrics import ProcessCollector
-        from protocol.telemetry.metrics import RequestMetrics, WorkerCollector
     about = About(role=Role.ORCHESTRATOR, name="host", serves=(bind,))
     watched, shown = WatchedWorker(about, {}), LastShown(display)
-    with process_telemetry(at, watched, {}) as registry:
+    with server_telemetry(at, watched, {}) as registry:
         registry.register(ProcessCollector(lambda: shown.snapshot))
-        registry.register(WorkerCollector(watched.pong))
-        watched.count = RequestMetrics(registry).count
         yield Monitors(shown, watched)

@@ -1,4 +1,4 @@
-"""A person's joints in space as they were estimated, beside the true ones and the camera.
+"""A person's estimated joints in space, with the true ones and the camera.
 
 The *person's frame* has x to their front, y to their left and z up from the ground, metres.
 """
@@ -16,7 +16,7 @@ from protocol.skeleton import Joint
 
 
 class Standing(Struct, frozen=True):
-    """Where a person stands and which way their front is.
+    """The position and orientation of a person.
 
     Attributes:
         position: on the ground of the world, metres.
@@ -59,7 +59,7 @@ class PersonInSpace(Struct, frozen=True, eq=False, kw_only=True):
     def in_words(self) -> str:
         """How many joints were located, and how far they are from the true ones at the mean."""
         if not self.found:
-            return "Nobody was found."
+            return "No person was found."
         located = np.isfinite(self.points).all(axis=1)
         if not located.any():
             return "No joint was located."
@@ -80,7 +80,7 @@ class PersonInSpace(Struct, frozen=True, eq=False, kw_only=True):
 
 
 def person_in_space(frame: Frame, observation: PoseEstimate, yaw: float | None = None) -> PersonInSpace:
-    """What an observation of a frame says of the person, in their own frame.
+    """The estimate of a person, in their own frame.
 
     Args:
         yaw: the person's, radians from world x; where it is not told, by their shoulders, true ones if there are any.
@@ -97,9 +97,9 @@ def person_in_space(frame: Frame, observation: PoseEstimate, yaw: float | None =
 
 
 def standing_of(points: Float64Array, camera: CameraPose, yaw: float | None = None) -> Standing:
-    """Where the person with world joints (18, 3) stands; whose shoulders are not located faces the camera.
+    """The standing of the person with these world joints, (18, 3).
 
-    Who has no joint located at all stands where the camera looks.
+    A person without located shoulders faces the camera; one without any located joint stands at the camera's target.
     """
     located = points[np.isfinite(points).all(axis=1)]
     x, y = np.median(located, axis=0)[:2].tolist() if len(located) else camera.target[:2]
@@ -111,6 +111,6 @@ def standing_of(points: Float64Array, camera: CameraPose, yaw: float | None = No
 
 
 def facing(points: Float64Array) -> float | None:
-    """The yaw of whoever has these world joints (18, 3), by the shoulders; none where these are not located."""
+    """The yaw of a person with world joints (18, 3), by the shoulders; None where these are not located."""
     x, y, _ = (points[Joint.LEFT_SHOULDER] - points[Joint.RIGHT_SHOULDER]).tolist()
     return math.atan2(-x, y) if math.hypot(x, y) > 0 else None

@@ -30,7 +30,7 @@ ARROW_HEAD = 10.0
 
 _SUBPIXEL_BITS = 4
 _FARTHEST = 10_000
-"""Pixels outside a picture that nobody draws beyond."""
+"""Pixels outside a picture beyond which coordinates are clipped."""
 
 
 class DepthScale(Struct, frozen=True):

@@ -1,4 +1,4 @@
-"""One page about one scene: what the camera saw, what the network made of it, and how sure we are of each joint."""
+"""The page of one scene: the camera's picture, the network's output, and the uncertainty of each joint."""
 
 from collections.abc import Iterator, Sequence
 
@@ -77,7 +77,7 @@ class Place(Struct, frozen=True):
     y: int
 
 
-def scene_sheet(
+def draw_scene_page(
     title: str, subtitle: str, frame: Frame, observation: PoseEstimate, yaw: float | None = None
 ) -> UInt8Array:
     """The page of one scene, (height, width, 3) RGB; truth and heatmaps are drawn where they are there.

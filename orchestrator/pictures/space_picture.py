@@ -20,7 +20,7 @@ BACKDROP: RGB = (38, 38, 44)
 GRID_COLOUR: RGB = (72, 72, 82)
 GROUND_COLOUR: RGB = (140, 140, 146)
 TRUE_COLOUR: RGB = (255, 176, 60)
-"""Of the true skeleton, which is dashed too, so that nobody needs the colour."""
+"""Of the true skeleton, which is dashed as well, so that the colour is not needed to recognise it."""
 CAMERA_COLOUR: RGB = (255, 255, 255)
 
 GRID = 0.5
@@ -31,8 +31,8 @@ SMALLEST_EXTENT = 1.5
 """Metres that are shown at least each way."""
 BODY_REACH = 1.5
 """Metres from a person's middle; joints farther off do not make the others small."""
-NOBODY = np.array([[0.0, 0.0, 1.0]])
-"""What is in the middle where nobody is located."""
+NO_PERSON = np.array([[0.0, 0.0, 1.0]])
+"""The middle of the picture without a located joint."""
 
 MARKER, TRUE_MARKER = 6.0, 2.5
 """Radius of an estimated and a true joint, in pixels."""
@@ -45,7 +45,7 @@ ARROW_MARGIN = 0.94
 
 
 class View(Struct, frozen=True):
-    """Where a person is looked at from.
+    """A direction of view.
 
     Attributes:
         caption: that, in words.
@@ -102,7 +102,7 @@ def volume_around(points: Float64Array, width: int, height: int) -> Volume:
     """
     located = points[np.isfinite(points).all(axis=1)]
     if len(located) == 0:
-        located = NOBODY
+        located = NO_PERSON
     off = np.abs(located - np.median(located, axis=0)).max(axis=1)
     near = located[off <= max(BODY_REACH, float(off.min()))]
     low, high = near.min(axis=0), near.max(axis=0)

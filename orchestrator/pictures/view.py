@@ -1,4 +1,4 @@
-"""Looking at a scene the way the agent's drone would: one picture rendered, perceived and drawn."""
+"""Pictures of scenes as the agent's drone sees them: rendered, perceived and drawn."""
 
 import math
 import re
@@ -11,9 +11,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from orchestrator.monitoring.live_display import Display
-from orchestrator.pictures.scene_page import scene_sheet
+from orchestrator.pictures.scene_page import draw_scene_page
 from orchestrator.pictures.worker_pair import worker_pair
-from orchestrator.stop_request import StopRequest
 from protocol.arrays import UInt8Array
 from protocol.artifact import whole_file
 from protocol.camera import Camera, CameraPose, Intrinsics
@@ -24,6 +23,7 @@ from protocol.errors import InvalidInput
 from protocol.messages import Perceive, Render, SampleScene
 from protocol.pose_estimate import FilterState
 from protocol.scene import MOST_BYSTANDERS, Scene, Split
+from protocol.system.stop_request import StopRequest
 
 SMALLEST_SIZE, LARGEST_SIZE = 16, 8192
 """What a camera can have, in pixels."""
@@ -31,13 +31,13 @@ LONGEST_STEP = 0.5
 """Metres that lie at most between a view and the one a step before."""
 
 FARTHEST_VIEW = 1e3
-"""Metres from the person, beyond which nobody is seen."""
+"""Metres from the person, beyond which they are not visible."""
 
 PICTURE_FORMATS = (".png", ".jpg", ".jpeg", ".webp")
 
 
 class Viewpoint(Struct, frozen=True, kw_only=True):
-    """Where the camera is, as seen from the person.
+    """The position of the camera, relative to the person.
 
     Attributes:
         distance: along the ground, metres.
@@ -60,7 +60,7 @@ class Viewpoint(Struct, frozen=True, kw_only=True):
 
 
 class Look(Struct, frozen=True, kw_only=True):
-    """Which scenes to look at, with how many bystanders, and from where."""
+    """The scenes to draw, their bystanders, and the viewpoint."""
 
     seeds: tuple[int, ...]
     split: Split = "test"
@@ -193,7 +193,7 @@ def scene_page(
         f"identity {scene.identity}, pose {scene.pose.kind}{others}; the camera {viewpoint.distance:g} m away, "
         f"{viewpoint.angle:g}° from the front, {viewpoint.altitude:g} m high"
     )
-    return scene_sheet(f"Scene {seed} ({look.split})", subtitle, frame, observation, scene.yaw)
+    return draw_scene_page(f"Scene {seed} ({look.split})", subtitle, frame, observation, scene.yaw)
 
 
 def write_picture(path: Path, pixels: UInt8Array) -> None:

@@ -1,4 +1,4 @@
-"""One render and one perception worker, for looking at a few scenes outside of any run."""
+"""One render and one perception worker, for pictures of a few scenes outside of a run."""
 
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -8,11 +8,11 @@ from msgspec.structs import replace
 
 from orchestrator.local_workers import local_workers
 from orchestrator.monitoring.live_display import Display
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.launch import Launch
 from protocol.client.client import Client
 from protocol.config import RunConfig
 from protocol.messages import Role
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 
 
@@ -25,7 +25,7 @@ class WorkerPair(Struct, frozen=True, eq=False):
 
 @contextmanager
 def worker_pair(config: RunConfig, *, display: Display, stop: StopRequest) -> Generator[WorkerPair]:
-    """The two workers, ready; neither is left when this ends.
+    """The two workers, ready; both have ended afterwards.
 
     Args:
         config: how they are to work; however many workers it asks for, there is one of each.

@@ -1,4 +1,4 @@
-"""Being the only one at work on a directory."""
+"""An exclusive lock on a directory."""
 
 import fcntl
 import os
@@ -13,16 +13,16 @@ from protocol.system.refusal import reason
 
 @contextmanager
 def directory_lock(path: Path, patience: float, otherwise: str, called: Path | None = None) -> Generator[None]:
-    """Hold a directory's lock; the system frees it however we end.
+    """Hold a directory's lock; the system frees it when the process ends, for whatever reason.
 
     Args:
-        patience: seconds to wait for whoever holds it.
-        otherwise: what to say when that was in vain.
-        called: the directory's name for people, where it is to get another.
+        patience: seconds to wait while another process holds it.
+        otherwise: the message of `RunBusy`.
+        called: the path to name in messages, where the directory is moved there later.
 
     Raises:
-        RunBusy: somebody else holds it.
-        NoLocks: its file system has none.
+        RunBusy: another process holds it.
+        NoLocks: its file system has no locks.
     """
     descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
     try:
@@ -44,8 +44,8 @@ def _lock_within(path: Path, descriptor: int, patience: float, otherwise: str) -
         except OSError as error:
             # Some network file systems know no locks (ENOSYS, ENOLCK), or none on directories (EBADF, EINVAL).
             raise NoLocks(
-                f"{path} can't be locked ({reason(error)}): its file system has no locks, and two might work on it at "
-                f"once; take a place on a local disk"
+                f"{path} can't be locked ({reason(error)}): its file system has no locks, and two orchestrators could "
+                f"work on it at once; choose a place on a local disk"
             ) from error
         else:
             return

@@ -1,23 +1,22 @@
-"""How the work on a run ended, as its orchestrator wrote it down; one that was killed wrote nothing."""
+"""How the work on a run ended, as its orchestrator recorded it; a killed orchestrator records nothing."""
 
 from typing import Literal, TypeAlias
 
 from msgspec import Struct
 
-from orchestrator.errors import Interrupted
-from protocol.errors import VantageError
+from protocol.errors import Interrupted, VantageError
 from protocol.system.refusal import SYSTEM_ERRORS, sentence
 
 Outcome: TypeAlias = Literal["finished", "stopped", "failed"]
 
 
 class Ending(Struct, frozen=True, kw_only=True):
-    """What `ending.json` says.
+    """The content of `ending.json`.
 
     Attributes:
-        time: seconds since 1970, for people.
-        outcome: all that was planned is done, somebody stopped it, or it could not go on.
-        reason: why it ended before that, in a sentence.
+        time: seconds since 1970, by the wall clock; for display.
+        outcome: `finished` when all that was planned is done, `stopped` on request, `failed` by an error.
+        reason: why it was stopped or failed, in a sentence.
     """
 
     time: float
@@ -26,7 +25,7 @@ class Ending(Struct, frozen=True, kw_only=True):
 
 
 def ending_by(error: BaseException, time: float) -> Ending:
-    """How work ended that an error ended before all was done, at a time in seconds since 1970."""
+    """The ending of work that an error ended, at a time in seconds since 1970."""
     stopped = isinstance(error, Interrupted | KeyboardInterrupt)
     return Ending(time=time, outcome="stopped" if stopped else "failed", reason=_reason(error) or None)
 

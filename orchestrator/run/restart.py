@@ -1,4 +1,4 @@
-"""A restart, as it is written down."""
+"""The record of a restart."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -11,9 +11,9 @@ class Restart(Struct, frozen=True, kw_only=True):
 
     Attributes:
         time: seconds since 1970.
-        process: its name, such as `render-0`.
-        reason: why, in a sentence.
-        planned: whether it was replaced on purpose, for its memory or its requests.
+        process: the process's name, such as `render-0`.
+        reason: why it was restarted, in a sentence.
+        planned: whether it was replaced because it had reached a limit of memory or requests.
     """
 
     time: float
@@ -23,6 +23,6 @@ class Restart(Struct, frozen=True, kw_only=True):
 
 
 def count_restarts(restarts: Iterable[Restart], *, planned: bool = False) -> dict[str, int]:
-    """How often each process was started again that was."""
+    """How often each process was restarted; processes without a restart are left out."""
     counted = Counter(restart.process for restart in restarts if restart.planned is planned)
     return dict(sorted(counted.items()))

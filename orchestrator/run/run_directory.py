@@ -1,6 +1,6 @@
-"""A run on disk: what it was told, what made it, who works on it and what came out.
+"""A run on disk: its configuration, the versions that made it, its processes and its results.
 
-The orchestrator makes the directory whole or not at all and never overwrites one; the agent writes its records into it.
+The orchestrator makes the directory atomically and never overwrites one; the agent writes its records into it.
 """
 
 from collections.abc import Collection, Generator, Sequence
@@ -34,7 +34,7 @@ from protocol.whole_record import decode_whole, read_whole
 RUNS = Path("runs")
 _TIME = "%Y%m%d-%H%M%S"
 LOCK_PATIENCE = 0.5
-"""Seconds; whoever only looks whether a run is busy holds its lock for less."""
+"""Seconds; `is_busy` of another process holds the lock for less."""
 
 RecordT = TypeVar("RecordT", bound=Struct)
 
@@ -43,10 +43,10 @@ class ProcessRecord(Struct, frozen=True, kw_only=True):
     """A process of the run as it was started: a line of `workers.json`.
 
     Attributes:
-        address: where it serves; none for the agent, which serves nothing.
-        started: the process's creation, in seconds since 1970 as the clock was set then; for people.
-        started_at: the same on a clock that nobody sets: tells it from a later process of the same number. Records of
-            before that was written down have `started` alone.
+        address: where it serves; None for the agent, which serves nothing.
+        started: its creation in seconds since 1970, by the wall clock as it was set then; for display.
+        started_at: the same on a clock that is never set, which tells it from a later process with the same id; None in
+            records of older versions.
         log: its log, relative to the run directory.
         log_start: the byte there at which its own lines begin.
     """
@@ -61,13 +61,13 @@ class ProcessRecord(Struct, frozen=True, kw_only=True):
     started_at: ProcessStart | None = None
 
     @property
-    def life(self) -> tuple[int, ProcessStart | float]:
-        """What no other process has in common with it: its number and its start."""
+    def identity(self) -> tuple[int, ProcessStart | float]:
+        """What identifies the process: its id and its start."""
         return self.pid, self.started if self.started_at is None else self.started_at
 
 
 class Plan(Struct, frozen=True, kw_only=True):
-    """What is to be done in a run, beside its configuration: `plan.json`.
+    """The plan of a run, which is not part of its configuration: `plan.json`.
 
     Attributes:
         evaluate: whether an evaluation follows the training.
@@ -89,10 +89,10 @@ class RunDirectory(Struct, frozen=True):
         """Make a new run.
 
         Raises:
-            InvalidConfig: this machine has not the memory that the run asks for.
-            RunExists: something is at `path` already.
-            RunError: the system would not make it.
-            NoLocks: its file system has none.
+            InvalidConfig: this machine lacks the memory that the run needs.
+            RunExists: `path` exists.
+            RunError: the system refuses to make it.
+            NoLocks: its file system has no locks.
         """
         config.require_memory(psutil.virtual_memory().total)
         if path.exists():
@@ -100,7 +100,7 @@ class RunDirectory(Struct, frozen=True):
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             with whole_directory(path) as aside:
-                # A run that nobody could work on is not made.
+                # Where it can't be locked, no orchestrator could work on it.
                 with directory_lock(aside, 0.0, "", called=path):
                     pass
                 (aside / "config.toml").write_bytes(resolved_toml(config))
@@ -115,61 +115,44 @@ class RunDirectory(Struct, frozen=True):
 
     @classmethod
     def open(cls, path: Path) -> "RunDirectory":
-        """Take up a run that is there.
+        """Open a run.
 
         Raises:
-            NoSuchRun: there is none.
+            NoSuchRun: there is none at `path`.
         """
         run = cls(path)
         if not run.config_path.is_file():
             raise NoSuchRun(f"{path} is no run directory (it has no config.toml)")
         return run
 
-    @classmethod
-    def open_for(cls, path: Path, config: RunConfig) -> "RunDirectory":
-        """Take up a run that was made with this configuration; errors as `open`.
-
-        Raises:
-            InvalidInput: it was made with another.
-            Others: as `require_as_it_was`.
-        """
-        run = cls.open(path)
-        run.require_as_it_was()
-        if same_for(run.config()) != same_for(config):
-            raise InvalidInput(
-                f"{path} was made with another configuration, and a run is never changed: go on with it as it is by "
-                f"'orchestrator resume {path}', or choose another with --run"
-            )
-        return run
-
     @property
     def name(self) -> str:
-        """The directory's own name, as text that can be sent."""
+        """The directory's name, as text that can be sent."""
         return readable(self.path.resolve().name)
 
     @property
     def config_path(self) -> Path:
-        """The resolved configuration, with every default; every process is started on it."""
+        """The resolved configuration, with every default; every process of the run reads it."""
         return self.path / "config.toml"
 
     @property
     def workers_path(self) -> Path:
-        """The processes that were last started on this run."""
+        """The records of the processes that were last started on this run."""
         return self.path / "workers.json"
 
     @property
     def progress_path(self) -> Path:
-        """Where the agent writes how far it is."""
+        """The agent's progress, one JSON object a line."""
         return self.path / "progress.jsonl"
 
     @property
     def weights_path(self) -> Path:
-        """What the agent learned."""
+        """The weights that the agent learned."""
         return self.path / "weights.safetensors"
 
     @property
     def summary_path(self) -> Path:
-        """How the agent's training ended, or was stopped."""
+        """The summary of the training, also of one that was stopped."""
         return self.path / "summary.json"
 
     @property
@@ -179,12 +162,12 @@ class RunDirectory(Struct, frozen=True):
 
     @property
     def evaluation_path(self) -> Path:
-        """What the agent's evaluation gave."""
+        """The result of the evaluation."""
         return self.path / "evaluation.json"
 
     @property
     def ending_path(self) -> Path:
-        """How the work on it ended last; not there while an orchestrator works on it."""
+        """How the last work on the run ended; missing while an orchestrator works on it."""
         return self.path / "ending.json"
 
     @property
@@ -194,38 +177,57 @@ class RunDirectory(Struct, frozen=True):
 
     @property
     def orchestrator_log(self) -> Path:
-        """What the orchestrator itself had to say."""
+        """The orchestrator's own log."""
         return self.logs / "orchestrator.jsonl"
 
     def config(self) -> RunConfig:
-        """What the run was told.
+        """The configuration that the run was made with.
 
         Raises:
-            InvalidConfig: the file was damaged.
+            InvalidConfig: the file is damaged.
         """
         return load_resolved_config(self.config_path)
 
-    def require_as_it_was(self) -> None:
-        """Make sure that all that the run was told is there, and that its files are those that it was made with.
+    def whole_config(self) -> RunConfig:
+        """The configuration, after a check that `plan.json` and `versions.json` are whole too.
 
         Raises:
-            InvalidConfig, DamagedRecord: what it was told was damaged.
-            OtherArtifact: a file that its configuration names is another one now, or is gone.
+            InvalidConfig, DamagedRecord: one of the three files is damaged.
         """
-        require_recorded_files(self.told())
-
-    def told(self) -> RunConfig:
-        """What the run was told, once all of that is found to be there; errors as `require_as_it_was`."""
         self.plan()
         self.versions()
         return self.config()
 
+    def verified_config(self) -> RunConfig:
+        """`whole_config`, after a check that the files that it names are those that the run was made with.
+
+        Raises:
+            OtherArtifact: one of these files has another content now, or is gone.
+        """
+        config = self.whole_config()
+        require_recorded_files(config)
+        return config
+
+    def config_matching(self, config: RunConfig) -> RunConfig:
+        """`verified_config`, after a check that the run was made with this configuration.
+
+        Raises:
+            InvalidInput: it was made with another.
+        """
+        own = self.verified_config()
+        if same_for(own) != same_for(config):
+            raise InvalidInput(
+                f"{self.path} was made with another configuration, and a run is never changed: continue it as it is "
+                f"by 'orchestrator resume {self.path}', or choose another with --run"
+            )
+        return own
+
     def progress(self) -> Progress | None:
-        """How far the agent is; None before its first word."""
+        """The agent's last progress; None before the first."""
         return last_record(self.progress_path, Progress)
 
     def summary(self) -> Summary | None:
-        """How the training ended; None before that."""
+        """The summary of the training; None before its end."""
         return _read(self.summary_path, Summary)
 
     def evaluation(self) -> Evaluation | None:
@@ -233,24 +235,24 @@ class RunDirectory(Struct, frozen=True):
         return _read(self.evaluation_path, Evaluation, may_lack=("weights", "by"))
 
     def ending(self) -> Ending | None:
-        """How the work on it ended; None while it goes on, and after an orchestrator that was killed."""
+        """How the last work on it ended; None during work, and after an orchestrator was killed."""
         return _read(self.ending_path, Ending)
 
     def begin(self) -> None:
-        """Note that the work on it goes on: how it ended before must not come back with a power cut."""
+        """Note that work begins: the earlier ending is removed durably, and a power cut can't bring it back."""
         self.ending_path.unlink(missing_ok=True)
         sync_directory(self.path)
 
     def end(self, ending: Ending) -> None:
-        """Note how it ended."""
+        """Record how the work ended."""
         with whole_file(self.ending_path) as aside:
             aside.write_bytes(json_of(ending) + b"\n")
 
     def plan(self) -> Plan:
-        """What is to be done here.
+        """The plan of the run.
 
         Raises:
-            DamagedRecord: the file is gone, can't be read, or lacks a field.
+            DamagedRecord: the file is missing, can't be read, or lacks a field.
         """
         return read_whole(self.path / "plan.json", Plan)
 
@@ -259,7 +261,7 @@ class RunDirectory(Struct, frozen=True):
         return read_whole(self.path / "versions.json", Versions, may_lack=("made",))
 
     def is_trained(self) -> bool:
-        """Whether the training has come to its end."""
+        """Whether the training is complete."""
         summary = self.summary()
         return summary is not None and summary.complete
 
@@ -268,7 +270,7 @@ class RunDirectory(Struct, frozen=True):
         return self.is_trained() and (self.is_evaluated() or not self.plan().evaluate)
 
     def is_evaluated(self) -> bool:
-        """Whether there is an evaluation, of however many flights, of what was last trained."""
+        """Whether there is an evaluation of the present weights, of any number of flights."""
         evaluation = self.evaluation()
         if evaluation is None:
             return False
@@ -282,7 +284,7 @@ class RunDirectory(Struct, frozen=True):
         return evaluation is not None and (before is None or evaluation.by != before.by)
 
     def _ended_with_an_evaluation(self) -> bool:
-        """What a run of before evaluations said of what they are tells by the order of what its agents said."""
+        """Whether the evaluation came last, by the progress: in old runs, evaluations do not name their weights."""
         progress = self.progress()
         return progress is None or progress.phase == "evaluation"
 
@@ -294,7 +296,7 @@ class RunDirectory(Struct, frozen=True):
             return ()
 
     def write_processes(self, processes: Sequence[ProcessRecord]) -> None:
-        """Note which processes work on this run, for `status` and for whoever takes the run over."""
+        """Record the processes of this run, for `status` and for the next orchestrator."""
         with whole_file(self.workers_path) as aside:
             aside.write_bytes(msgspec.json.format(json_of(processes), indent=2) + b"\n")
 
@@ -303,17 +305,17 @@ class RunDirectory(Struct, frozen=True):
         return tuple(all_records(self.restarts_path, Restart))
 
     def note_restart(self, restart: Restart) -> None:
-        """Write a restart down."""
+        """Record a restart."""
         append_record(self.restarts_path, restart)
 
     @contextmanager
     def lock(self, patience: float = LOCK_PATIENCE) -> Generator[None]:
-        """Be the only orchestrator that works on this run; the system frees the lock however we end.
+        """Be the only orchestrator that works on this run; the system frees the lock when the process ends.
 
         Raises:
-            RunBusy: another one does.
-            NoLocks: its file system has none.
-            RunNotWritable: nothing can be written to it.
+            RunBusy: another orchestrator works on it.
+            NoLocks: its file system has no locks.
+            RunNotWritable: the run is read-only.
         """
         otherwise = f"another orchestrator works on {self.path}; see 'orchestrator status {self.path}'"
         with directory_lock(self.path, patience, otherwise):
@@ -328,7 +330,7 @@ class RunDirectory(Struct, frozen=True):
         except RunBusy:
             return True
         except (NoLocks, OSError):
-            # Who can't lock it can't work on it either, and whoever reads it needs no lock.
+            # An orchestrator that can't lock the run can't work on it; reading needs no lock.
             return False
 
     def _require_writable(self) -> None:
@@ -337,20 +339,20 @@ class RunDirectory(Struct, frozen=True):
                 require_place(place / "any")
         except OSError as error:
             raise RunNotWritable(
-                f"nothing can be written to {self.path} ({reason(error)}), neither its logs nor its evaluation.json: "
-                f"copy the run to where you may write, and name the copy; 'orchestrator status {self.path}' and, of a "
-                f"finished run, 'orchestrator resume {self.path}' only read"
+                f"{self.path} can't be written to ({reason(error)}), neither its logs nor its evaluation.json: copy "
+                f"the run to a place that you may write to, and name the copy; 'orchestrator status {self.path}' and, "
+                f"of a finished run, 'orchestrator resume {self.path}' only read"
             ) from error
 
 
 def _instead_of_making(path: Path) -> str:
     if RunDirectory(path).config_path.is_file():
-        return f"go on with it by 'orchestrator resume {path}', or choose another with --run"
+        return f"continue it by 'orchestrator resume {path}', or choose another with --run"
     return "choose another with --run"
 
 
 def _read(path: Path, record: type[RecordT], *, may_lack: Collection[str] = ()) -> RecordT | None:
-    """A record that is whole; of one that was damaged nothing is taken for granted."""
+    """A record; None where the file is missing or damaged."""
     try:
         return decode_whole(path.read_bytes(), record, may_lack=may_lack)
     except (OSError, *UNDECODABLE):
@@ -358,12 +360,12 @@ def _read(path: Path, record: type[RecordT], *, may_lack: Collection[str] = ()) 
 
 
 def resolved_toml(config: RunConfig) -> bytes:
-    """The configuration as a file, resolved: with every setting, and marked."""
+    """The resolved configuration as TOML: with every setting, and marked as resolved."""
     return tomli_w.dumps(resolved(config)).encode()
 
 
 def plain_toml(config: RunConfig) -> bytes:
-    """The same for a table's metadata: neither marked nor with the names of files' settings beside them."""
+    """The configuration as TOML for a table's metadata, without the mark."""
     return tomli_w.dumps(plain(config)).encode()
 
 
@@ -376,7 +378,7 @@ def newest_run(runs: Path = RUNS) -> RunDirectory:
     """The run that was made last.
 
     Raises:
-        NoSuchRun: there is none.
+        NoSuchRun: there is no run in `runs`.
     """
     made = [RunDirectory(config.parent) for config in sorted(runs.glob("*/config.toml"))]
     if not made:
@@ -385,7 +387,7 @@ def newest_run(runs: Path = RUNS) -> RunDirectory:
 
 
 def _made(run: RunDirectory) -> tuple[float, str]:
-    """When a run was made, as it says itself: before that was written down, its name's end alone does."""
+    """The sort key of a run by age: the recorded time, then the time in its name, for old runs have that only."""
     try:
         made = run.versions().made
     except DamagedRecord:

@@ -1,4 +1,4 @@
-"""What the orchestrator and its processes have to say, in files: beside a run, or where there is none in the cache."""
+"""Log files of the orchestrator and its processes: in a run's directory, or in the cache for work outside a run."""
 
 import logging
 import tempfile
@@ -6,9 +6,8 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
-from orchestrator.errors import Interrupted
 from protocol.artifact import cache_directory, require_place
-from protocol.errors import VantageError
+from protocol.errors import Interrupted, VantageError
 from protocol.messages import Role
 from protocol.system.logs import JsonLines
 
@@ -17,9 +16,9 @@ _log = logging.getLogger(__name__)
 
 @contextmanager
 def run_log(path: Path) -> Generator[None]:
-    """While inside, everything that is logged in this process goes to a file, one JSON object a line.
+    """While inside, this process logs to a file, one JSON object a line.
 
-    So does what ends it: people are told in a sentence, and its traceback is here alone.
+    The error that ends the work is logged too: only the log has its traceback, the terminal shows a sentence.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     handler = logging.FileHandler(path, encoding="utf-8")
@@ -39,7 +38,7 @@ def run_log(path: Path) -> Generator[None]:
 
 
 def log_directory() -> Path:
-    """Where processes write their logs that work for no run: in the cache, or where that is read-only in a new one."""
+    """The directory for logs of processes outside a run: in the cache, or a new one where the cache is read-only."""
     logs = cache_directory() / "logs"
     try:
         require_place(logs / "log")
@@ -50,7 +49,7 @@ def log_directory() -> Path:
 
 @contextmanager
 def logging_to(handler: logging.Handler) -> Generator[None]:
-    """Have a handler take what is logged, from INFO on; it is closed in the end."""
+    """While inside, a handler takes what is logged, from INFO on; it is closed afterwards."""
     root = logging.getLogger()
     level = root.level
     root.addHandler(handler)

@@ -1,4 +1,4 @@
-"""Where a run's `ipc://` sockets live."""
+"""The directory of a run's `ipc://` sockets."""
 
 import fcntl
 import hashlib
@@ -15,13 +15,13 @@ from protocol.text import readable
 from protocol.transport.address import LONGEST_IPC_PATH
 
 LONGEST_NAMES = 48
-"""Bytes that our directory's and a socket's name may take together."""
+"""Bytes that the names of our directory and of a socket may have together."""
 PREFIX = "vantage-"
 
 
 @contextmanager
 def socket_directory() -> Generator[Path]:
-    """A directory that only we may enter, with a path short enough for sockets; gone at the end."""
+    """A private directory with a path short enough for sockets; removed afterwards."""
     with (
         tempfile.TemporaryDirectory(prefix=PREFIX, dir=_parent(), ignore_cleanup_errors=True) as path,
         _spared(Path(path)),
@@ -31,12 +31,12 @@ def socket_directory() -> Generator[Path]:
 
 @contextmanager
 def run_sockets(run: Path) -> Generator[Path]:
-    """The directory of a run's sockets: the same one for every orchestrator of the run, gone at a clean end.
+    """The directory of a run's sockets, the same for every orchestrator of the run; removed at a clean end.
 
-    A killed orchestrator leaves it behind, with its processes' sockets in it; the next one finds both.
+    A killed orchestrator leaves it, with its processes' sockets; the next one finds both.
 
     Raises:
-        RunError: it can't be made, or it is not ours alone.
+        RunError: it can't be made, or is not private.
     """
     path = sockets_of(run)
     make_private(path)
@@ -48,10 +48,10 @@ def run_sockets(run: Path) -> Generator[Path]:
 
 
 def make_private(path: Path) -> None:
-    """Have a directory that only we may enter; one that is there stays.
+    """Make a directory that only our user may enter, unless it exists.
 
     Raises:
-        RunError: it can't be made, or it is not ours alone.
+        RunError: it can't be made, or is not private.
     """
     try:
         path.mkdir(mode=0o700, exist_ok=True)
@@ -61,7 +61,7 @@ def make_private(path: Path) -> None:
 
 
 def sockets_of(run: Path) -> Path:
-    """Where a run's sockets are: it follows from who we are and the run directory's absolute path."""
+    """The path of a run's socket directory: it follows from our user and the run directory's absolute path."""
     # Its bytes, which need not be UTF-8.
     name = hashlib.sha256(b"%d:%b" % (os.geteuid(), bytes(run.resolve()))).hexdigest()[:16]
     return _parent() / f"{PREFIX}{name}"
@@ -69,10 +69,10 @@ def sockets_of(run: Path) -> Path:
 
 @contextmanager
 def _spared(path: Path) -> Generator[None]:
-    """Have cleaners of temporary directories spare one: systemd-tmpfiles passes over what is locked, and all in it."""
+    """Lock a directory while inside, so that cleaners of /tmp spare it: systemd-tmpfiles skips locked directories."""
     descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
-        # Shared, since another of our orchestrators may hold it as well; a cleaner that holds it now does so briefly.
+        # Shared, since another orchestrator of ours may hold it as well. A cleaner holds it for an instant only.
         with suppress(OSError):
             fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
         yield
@@ -88,9 +88,9 @@ def _parent() -> Path:
 
 
 def _require_private(path: Path) -> None:
-    # Not followed: in a directory that everybody may write to, somebody else may have put a link there first.
+    # Links are not followed: in a world-writable directory, another user may have put one there first.
     found = path.lstat()
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.geteuid():
-        raise RunError(f"{path} is not our directory; see whose it is, and remove it or set TMPDIR to another place")
+        raise RunError(f"{path} belongs to another user; remove it, or set TMPDIR to another place")
     if stat.S_IMODE(found.st_mode) & 0o077:
-        raise RunError(f"others may enter {path}; see what is in it, and remove it")
+        raise RunError(f"other users may enter {path}; check its content, and remove it")

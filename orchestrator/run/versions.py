@@ -1,4 +1,4 @@
-"""What a run was made with: packages, machine and the settings of its processes' environment."""
+"""What a run was made with: versions of packages, the machine, and its processes' environment."""
 
 import importlib.metadata
 import os
@@ -22,8 +22,8 @@ class Versions(Struct, frozen=True, kw_only=True):
     """What a run was made with.
 
     Attributes:
-        made: when that was, in seconds since 1970; 0 of what was made before that was written down.
-        environment: what the orchestrator sets for every process of the run, on top of its own.
+        made: when, in seconds since 1970; 0 in records of versions that did not write it.
+        environment: the variables that the orchestrator sets for every process of the run, besides its own.
     """
 
     made: float = 0.0
@@ -37,12 +37,12 @@ class Versions(Struct, frozen=True, kw_only=True):
     environment: dict[str, str]
 
     def to_json(self) -> bytes:
-        """As a file for people and programs, in a stable order."""
+        """As indented JSON, in a stable order."""
         return msgspec.json.format(json_of(self, stable=True), indent=2) + b"\n"
 
 
 def collect_versions(environment: Mapping[str, str]) -> Versions:
-    """Versions of all that runs here; `environment` is what the run's processes are given."""
+    """The versions of all that runs here; `environment` has the variables set for the run's processes."""
     return Versions(
         made=time.time(),
         vantage=installed_version(DISTRIBUTION) or "not installed",
@@ -61,7 +61,7 @@ def collect_versions(environment: Mapping[str, str]) -> Versions:
 
 
 def requirements() -> Iterator[Requirement]:
-    """What Vantage and its extras ask for, from its own metadata; nothing where it is not installed."""
+    """The requirements of Vantage and its extras, from its metadata; none where it is not installed."""
     try:
         lines = importlib.metadata.requires(DISTRIBUTION) or []
     except importlib.metadata.PackageNotFoundError:
@@ -78,7 +78,7 @@ def installed_version(name: str) -> str | None:
 
 
 def source_commit(folder: Path) -> str | None:
-    """The commit of the checkout that we run from, with `-dirty` where it was changed; None outside a checkout."""
+    """The commit of the checkout that we run from, with `-dirty` if it has changes; None outside a checkout."""
     command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
     try:
         finished = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=10, check=True)

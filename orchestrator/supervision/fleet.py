@@ -1,4 +1,4 @@
-"""The processes of a run: started together, watched together, and none left behind."""
+"""The processes of a run, started and ended together."""
 
 import logging
 import time
@@ -11,10 +11,10 @@ import psutil
 from orchestrator.errors import ProcessFailed
 from orchestrator.run.run_directory import ProcessRecord
 from orchestrator.run.socket_directory import make_private
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT, Launch
 from orchestrator.supervision.worker_process import WorkerProcess
 from protocol.messages import Role
+from protocol.system.stop_request import StopRequest
 
 AGENT_PATIENCE = 45.0
 """Seconds for the agent to finish its step and write what it learned."""
@@ -26,13 +26,13 @@ _log = logging.getLogger(__name__)
 
 
 class Fleet:
-    """Starts processes from launches and ends them again, agents before the workers they depend on.
+    """Starts processes from launches, and ends them: agents before the workers that they need.
 
     Args:
         logs: directory of the processes' logs.
-        stop: a second request to stop ends all patience.
-        on_change: told of all processes whenever one was started or adopted.
-        sockets: where they serve, if it is a directory of ours: made again where somebody removed it meanwhile.
+        stop: after a second request to stop, processes are killed at once.
+        on_change: called with all processes whenever one was started or adopted.
+        sockets: the directory of their sockets, if it is ours; it is made again if it was removed meanwhile.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class Fleet:
         return tuple(process for process in self.processes if process.launch.address is not None)
 
     def start(self, launch: Launch) -> WorkerProcess:
-        """Start a process, in the place of an earlier one of the same name.
+        """Start a process, which replaces an earlier one of the same name.
 
         Raises:
             ProcessFailed: the system would not start it, or one of this name runs.
@@ -84,11 +84,11 @@ class Fleet:
         return self._enter(WorkerProcess.start(launch, self._log(launch), self._environment))
 
     def adopt(self, launch: Launch, found: psutil.Process, log_start: int) -> WorkerProcess:
-        """Take up a process that an earlier orchestrator started from the same launch."""
+        """Take over a process that an earlier orchestrator started from the same launch."""
         return self._enter(WorkerProcess.adopt(launch, found, self._log(launch), log_start))
 
     def records(self) -> tuple[ProcessRecord, ...]:
-        """What `workers.json` says of each process."""
+        """The records of all processes, for `workers.json`."""
         return tuple(
             ProcessRecord(
                 name=process.name,
@@ -109,7 +109,10 @@ class Fleet:
         end_processes(self.processes, WORKER_PATIENCE, self._stop)
 
     def stop_agents(self) -> None:
-        """Have the agents write what they learned and end; without all workers their step may never end."""
+        """Have the agents write what they learned and end.
+
+        Without all workers they get less time, since their step may never end.
+        """
         agents = [process for process in self.processes if process.launch.role is Role.AGENT]
         finishes = all(worker.is_running for worker in self.workers)
         end_processes(agents, AGENT_PATIENCE if finishes else WORKER_PATIENCE, self._stop)
@@ -122,13 +125,13 @@ class Fleet:
         try:
             self._on_change(self.records())
         except OSError as error:
-            # Whoever takes the run over finds the process by its command line as well.
-            _log.warning("what runs can't be written down: %s", error)
+            # A later orchestrator finds the process by its command line as well.
+            _log.warning("workers.json can't be written: %s", error)
         return process
 
 
 def end_processes(processes: Iterable[WorkerProcess], patience: float, stop: StopRequest) -> None:
-    """Ask processes to end, and kill those that did not within `patience` seconds, or once `stop` is urgent."""
+    """Ask processes to end, and kill those that still run after `patience` seconds, or once `stop` is urgent."""
     ending = [process for process in processes if process.is_running]
     for process in ending:
         process.ask_to_stop()
@@ -136,7 +139,7 @@ def end_processes(processes: Iterable[WorkerProcess], patience: float, stop: Sto
     while any(process.is_running for process in ending) and time.monotonic() < deadline:
         if stop.is_urgent:
             break
-        stop.nap(POLL)
+        stop.sleep(POLL)
     for process in ending:
         process.kill()
     for process in ending:

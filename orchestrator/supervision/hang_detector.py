@@ -1,6 +1,6 @@
-"""Whether a process is fine or hangs: three clocks, moved by looks at it.
+"""Decides whether a process hangs, by three clocks that each poll of the process advances.
 
-Pure: it is told what is known of the process and what time it is, and decides.
+Pure: it takes the result of a health probe and the time, and returns a verdict.
 """
 
 from enum import StrEnum
@@ -10,12 +10,12 @@ from msgspec import Struct
 
 from protocol.timeouts import Timeouts
 
-LONGEST_LOOK = 1.0
-"""Seconds that one look can move a clock: time in which we ourselves did not run is nobody's silence."""
+LONGEST_STEP = 1.0
+"""Seconds that one poll can advance a clock: time in which the orchestrator itself did not run is no silence."""
 
 
 class Verdict(StrEnum):
-    """What a look comes to."""
+    """What a poll of a process found."""
 
     FINE = "fine"
     NEVER_READY = "never ready"
@@ -23,17 +23,17 @@ class Verdict(StrEnum):
     STUCK = "stuck"
 
 
-class Vitals(Struct, frozen=True, kw_only=True):
-    """What is known of a process at one look.
+class ProbeResult(Struct, frozen=True, kw_only=True):
+    """The state of a process at one poll.
 
     Attributes:
         ready: it has finished starting.
-        expected: it should be heard of at every heartbeat by now.
-        heard: when it was last heard of; what counts is whether that changes.
-        progress: what it has done so far; likewise.
-        busy: it has work in hand, so that `progress` should change.
-        waiting: what it depends on does not work, so that it can neither start nor get on.
-        stopped: the system lets it stand still (SIGSTOP), so that it is not slow but silent, also while it starts.
+        expected: it should send a sign of life at every heartbeat by now.
+        heard: when it last did; only a change counts.
+        progress: how much it has done so far; only a change counts.
+        busy: it has work in hand, so `progress` should change.
+        waiting: a worker that it needs is not ready, so it can neither finish starting nor make progress.
+        stopped: the system has stopped it (SIGSTOP); it counts as silent, also while it starts.
     """
 
     ready: bool
@@ -46,7 +46,7 @@ class Vitals(Struct, frozen=True, kw_only=True):
 
 
 class Patience(Struct, frozen=True, kw_only=True):
-    """Seconds of each clock."""
+    """The limit of each clock, in seconds."""
 
     startup: float
     liveness: float
@@ -54,12 +54,12 @@ class Patience(Struct, frozen=True, kw_only=True):
 
     @classmethod
     def of_render(cls, timeouts: Timeouts) -> "Patience":
-        """For a worker that waits for nobody."""
+        """For a worker that needs no other."""
         return cls(startup=timeouts.startup, liveness=timeouts.liveness, progress=timeouts.progress)
 
     @classmethod
     def of_perception(cls, timeouts: Timeouts) -> "Patience":
-        """For a worker that waits for render workers: one of those that hangs must be found before it."""
+        """For a worker that needs render workers: a render worker that hangs must be found first."""
         return cls(
             startup=timeouts.startup,
             liveness=timeouts.liveness,
@@ -68,7 +68,7 @@ class Patience(Struct, frozen=True, kw_only=True):
 
     @classmethod
     def of_agent(cls, timeouts: Timeouts) -> "Patience":
-        """For an agent, whose every call ends by its own deadline."""
+        """For an agent, whose calls end by their own deadlines."""
         return cls(startup=timeouts.startup, liveness=timeouts.liveness, progress=timeouts.call + timeouts.progress)
 
 
@@ -76,8 +76,8 @@ class HangDetector:
     """The clocks of one process, from its start to its end.
 
     Args:
-        now: seconds of the clock that `look` will be told.
-        age: how long the process has run before we knew it; it is given `liveness` to be heard of at least.
+        now: seconds of the clock that `update` takes.
+        age: seconds that the process ran before it was supervised; it still has at least `liveness` to be heard.
     """
 
     def __init__(self, patience: Patience, now: float, age: float = 0.0) -> None:
@@ -90,26 +90,26 @@ class HangDetector:
         self._heard: float | None = None
         self._progress: float | None = None
 
-    def look(self, vitals: Vitals, now: float) -> Verdict:
-        """Take in a look at the process."""
-        passed, self._last = min(now - self._last, LONGEST_LOOK), now
-        self._move(vitals, passed)
-        if (self._silence if vitals.expected else self._stopped) >= self._patience.liveness:
+    def update(self, result: ProbeResult, now: float) -> Verdict:
+        """Advance the clocks by a poll of the process."""
+        passed, self._last = min(now - self._last, LONGEST_STEP), now
+        self._move(result, passed)
+        if (self._silence if result.expected else self._stopped) >= self._patience.liveness:
             return Verdict.SILENT
-        if not vitals.ready and self._starting >= self._patience.startup:
+        if not result.ready and self._starting >= self._patience.startup:
             return Verdict.SILENT if self._silence >= self._patience.liveness else Verdict.NEVER_READY
-        if vitals.ready and self._standstill >= self._patience.progress:
+        if result.ready and self._standstill >= self._patience.progress:
             return Verdict.STUCK
         return Verdict.FINE
 
-    def _move(self, vitals: Vitals, passed: float) -> None:
-        self._silence = 0.0 if _changed(vitals.heard, self._heard) else self._silence + passed
-        self._heard = vitals.heard
-        self._stopped = self._stopped + passed if vitals.stopped else 0.0
-        moved = _changed(vitals.progress, self._progress) or not vitals.busy or vitals.waiting
+    def _move(self, result: ProbeResult, passed: float) -> None:
+        self._silence = 0.0 if _changed(result.heard, self._heard) else self._silence + passed
+        self._heard = result.heard
+        self._stopped = self._stopped + passed if result.stopped else 0.0
+        moved = _changed(result.progress, self._progress) or not result.busy or result.waiting
         self._standstill = 0.0 if moved else self._standstill + passed
-        self._progress = vitals.progress
-        if not (vitals.ready or vitals.waiting):
+        self._progress = result.progress
+        if not (result.ready or result.waiting):
             self._starting += passed
 
 

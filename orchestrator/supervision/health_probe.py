@@ -1,10 +1,10 @@
-"""What is known of a running process: a worker tells when it is pinged, an agent by registering and by its progress."""
+"""Health probes: of a worker by ping, of an agent by its registration and its progress."""
 
 from collections.abc import Callable
 from typing import Protocol
 
 from orchestrator.run.run_directory import ProcessRecord
-from orchestrator.supervision.hang_detector import Vitals
+from orchestrator.supervision.hang_detector import ProbeResult
 from orchestrator.supervision.heartbeat import NOT_RUNNING, RUNNING, Health, Heartbeat
 from orchestrator.supervision.registry import Registry
 from orchestrator.supervision.worker_process import WorkerProcess
@@ -14,31 +14,31 @@ from protocol.timeouts import Timeouts
 
 
 class HealthProbe(Protocol):
-    """Takes what a process lets us know; never waits for it."""
+    """Finds out the state of one process; never waits for it."""
 
-    def vitals(self, *, waiting: bool, stopped: bool) -> Vitals:
-        """What is known now.
+    def probe(self, *, waiting: bool, stopped: bool) -> ProbeResult:
+        """The state of the process now.
 
         Args:
-            waiting: what the process depends on does not work.
-            stopped: the system lets it stand still.
+            waiting: whether a worker that the process needs is not ready.
+            stopped: whether the system has stopped the process (SIGSTOP).
 
         Raises:
-            VersionMismatch, WrongRole: it is not one to talk to.
+            VersionMismatch, WrongRole: it speaks another version, or serves another role.
         """
         ...
 
     def health(self) -> Health:
-        """For people, as of the last `vitals`."""
+        """The health to display, as of the last `probe`."""
         ...
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close the connection to the process."""
         ...
 
 
 class WorkerProbe:
-    """A worker's: its answers to our pings."""
+    """Probes a worker by ping."""
 
     def __init__(self, process: ProcessRecord, timeouts: Timeouts) -> None:
         self._heartbeat = Heartbeat(process, timeouts, unheard=State.STARTING.value)
@@ -49,14 +49,14 @@ class WorkerProbe:
         """Its last answer; None before the first."""
         return self._heartbeat.pong
 
-    def vitals(self, *, waiting: bool, stopped: bool) -> Vitals:
+    def probe(self, *, waiting: bool, stopped: bool) -> ProbeResult:
         """See `HealthProbe`."""
         self._health = self._heartbeat.beat()
         self._heartbeat.check()
         ready, pong = self._heartbeat.is_ready, self._heartbeat.pong
-        return Vitals(
+        return ProbeResult(
             ready=ready,
-            # While it imports and loads, Python may well keep the thread that answers from running.
+            # While it imports and loads, Python may keep the thread that answers pings from running.
             expected=ready,
             heard=self._heartbeat.heard,
             progress=pong.progress if pong else 0.0,
@@ -70,7 +70,7 @@ class WorkerProbe:
         return self._health
 
     def drain(self) -> None:
-        """Have it finish what is in hand and end."""
+        """Ask the worker to answer its requests in hand, and end."""
         self._heartbeat.drain()
 
     def close(self) -> None:
@@ -79,7 +79,7 @@ class WorkerProbe:
 
 
 class AgentProbe:
-    """An agent's: it serves nothing, but registers at every heartbeat and writes down how far it is."""
+    """Probes an agent, which serves nothing, but registers at every heartbeat and records its progress."""
 
     def __init__(
         self, process: WorkerProcess, registry: Registry | None, progress: Callable[[], Progress | None]
@@ -90,15 +90,15 @@ class AgentProbe:
         self._said_before = progress()
         self._heard: float | None = None
 
-    def vitals(self, *, waiting: bool, stopped: bool) -> Vitals:
+    def probe(self, *, waiting: bool, stopped: bool) -> ProbeResult:
         """See `HealthProbe`."""
         process, progress = self._process, self._progress()
         if self._registry is not None:
             self._heard = self._registry.heard(process.name, process.pid) or self._heard
         begun = progress is not None and self._is_its_own(progress)
-        return Vitals(
+        return ProbeResult(
             ready=begun,
-            # It registers before it has loaded all of its libraries, in which Python may keep that thread from running.
+            # It registers before it has loaded its libraries; while it loads, Python may keep that thread from running.
             expected=begun and self._heard is not None,
             heard=self._heard,
             progress=progress.time if progress and begun else 0.0,
@@ -108,10 +108,10 @@ class AgentProbe:
         )
 
     def _is_its_own(self, progress: Progress) -> bool:
-        """Whether it was this agent who wrote it: what an earlier one wrote last says nothing of it."""
+        """Whether this agent wrote the record, and not an earlier process of the same name."""
         if progress.process is not None:
             return progress.process == self._process.started_at
-        # An agent of an older version does not say who it is.
+        # An agent of an older version does not record which process it is.
         return progress != self._said_before
 
     def health(self) -> Health:
@@ -123,5 +123,5 @@ class AgentProbe:
 
 
 def ended(process: ProcessRecord) -> Health:
-    """The health of a process that is gone."""
+    """The health of a process that has ended."""
     return Health(name=process.name, role=process.role, pid=process.pid, state=NOT_RUNNING)

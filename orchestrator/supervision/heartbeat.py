@@ -1,4 +1,4 @@
-"""How a process is, as it says itself: its state by Ping."""
+"""The health of a process by its own account: its state, asked by Ping."""
 
 import math
 import time
@@ -24,20 +24,18 @@ WAITING = "waiting"
 LONGEST_INTERVAL = 0.2
 """Seconds between two pings, or the run's heartbeat if that is shorter."""
 
-
 _CREATION_VARIES = 2.0
-"""Seconds by which the system tells a process's creation differently, since it rounds the time of its boot."""
+"""Seconds by which the system reports a process's creation differently, since it rounds the time of its boot."""
 
 
 class Health(Struct, frozen=True, kw_only=True):
-    """A process as it was last heard of.
+    """The last known health of a process.
 
     Attributes:
-        state: the worker's own word (starting, ready, busy, draining), `waiting` where it is at work but for the
-            workers that it needs, `silent` where it does not answer, `running` for a process that serves nothing, or
-            `not running`.
-        answered: requests answered so far; None for what does not answer pings.
-        restarts: how often it was started again, replacements not counted.
+        state: as the worker reports it (starting, ready, busy, draining); `waiting` where it lacks workers that it
+            needs; `silent` where it does not answer; `running` for a process that serves nothing; or `not running`.
+        answered: requests answered so far; None for a process that does not answer pings.
+        restarts: how often it was restarted, without planned replacements.
     """
 
     name: str
@@ -51,16 +49,16 @@ class Health(Struct, frozen=True, kw_only=True):
 
     @classmethod
     def as_registered(cls, record: WorkerRecord) -> "Health":
-        """How a process is that we know by its own word alone; it may be on another machine."""
+        """The health of a process that is known by its registration alone; it may be on another machine."""
         state = record.state.value if record.address else RUNNING
         return cls(name=record.name, role=record.role, pid=record.pid, state=state)
 
 
 class Heartbeat:
-    """Pings one process without ever waiting for it: each `beat` takes what has come, and asks anew if it is time to.
+    """Pings one process and never waits: each `beat` takes an answer that has come, and sends the next ping when due.
 
     Args:
-        unheard: the state of a process that never answered yet.
+        unheard: the state of a process that has not answered yet.
 
     Attributes:
         pong: its last answer; None before the first.
@@ -98,12 +96,12 @@ class Heartbeat:
         self.close()
 
     def close(self) -> None:
-        """Let go of the connection."""
+        """Close the connection."""
         if self._client is not None:
             self._client.close()
 
     def beat(self) -> Health:
-        """How the process is, as far as is known now."""
+        """The health of the process, as far as it is known now."""
         if not is_alive(self._process):
             return self._health(NOT_RUNNING)
         if self._client is None:
@@ -121,21 +119,21 @@ class Heartbeat:
 
     @property
     def is_ready(self) -> bool:
-        """Whether it has said that it can work."""
+        """Whether it has reported that it can work."""
         return self.pong is not None and self.pong.state is not State.STARTING
 
     @property
     def heard(self) -> float | None:
-        """When it last answered, in seconds of the clock; None before it ever did."""
+        """When it last answered, in seconds of the clock; None before its first answer."""
         return None if self.pong is None else self._heard
 
     def drain(self) -> None:
-        """Have the worker finish what is in hand and end."""
+        """Ask the worker to answer its requests in hand, and end."""
         if self._client is not None:
             self._client.submit(Drain())
 
     def check(self) -> None:
-        """Raise `VersionMismatch` or `WrongRole` if it is not one to talk to."""
+        """Raise `VersionMismatch` or `WrongRole` if it answered with one of these."""
         if self._refusal is not None:
             raise self._refusal
 
@@ -147,7 +145,7 @@ class Heartbeat:
         except ProtocolError as error:
             self._refusal = error
         except CallFailed:
-            # A ping that failed says nothing by itself: the last answer gets old, and then it is `silent`.
+            # A failed ping means nothing by itself: once the last answer is old, the process is `silent`.
             self._refusal = None
         self._pending = None
 
@@ -164,7 +162,7 @@ class Heartbeat:
 
 
 def is_alive(process: ProcessRecord) -> bool:
-    """Whether the very process that was recorded runs, and not a later one of the same number."""
+    """Whether the recorded process runs, and not a later one with the same id."""
     try:
         return _is_its_number(process) and not has_ended(psutil.Process(process.pid))
     except psutil.NoSuchProcess:
@@ -172,7 +170,7 @@ def is_alive(process: ProcessRecord) -> bool:
 
 
 def _is_its_number(process: ProcessRecord) -> bool:
-    """Whether the recorded process has its number still, as a zombie at least."""
+    """Whether the recorded process still has its id, at least as a zombie."""
     if process.started_at is not None:
         return process_start(process.pid) == process.started_at
     return abs(creation_time(process.pid) - process.started) < _CREATION_VARIES

@@ -1,4 +1,4 @@
-"""How each process of a run is started: its name, its command line, where it serves."""
+"""How each process of a run is started: its name, its command line and its address."""
 
 import sys
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from protocol.config import RunConfig
 from protocol.messages import Role
 
 TRAINING, EVALUATION = "agent", "evaluation"
-"""What the two agents are called."""
+"""The names of the two agents."""
 PROCESS_ENVIRONMENT: dict[str, str] = {
     # One thread for every numerical library: processes share the cores, and sums come out in one order.
     "OMP_NUM_THREADS": "1",
@@ -20,14 +20,14 @@ PROCESS_ENVIRONMENT: dict[str, str] = {
     "PYTHONFAULTHANDLER": "1",
     "PYTHONUNBUFFERED": "1",
 }
-"""What every process of a run is given on top of the orchestrator's own environment."""
+"""The environment variables that every process of a run gets, besides the orchestrator's own."""
 
 
 class Launch(Struct, frozen=True, kw_only=True):
     """One process to start.
 
     Attributes:
-        address: where it will serve; none for the agent, which serves nothing.
+        address: where it serves; None for the agent, which serves nothing.
     """
 
     name: str
@@ -37,19 +37,19 @@ class Launch(Struct, frozen=True, kw_only=True):
 
 
 class Evaluate(Struct, frozen=True, kw_only=True):
-    """What to evaluate of a run; what is None or empty is as its configuration says."""
+    """What to evaluate of a run; a value that is None or empty is taken from the configuration."""
 
     episodes: int | None = None
     policies: tuple[str, ...] = ()
 
 
 def registry_address(sockets: Path) -> str:
-    """Where the orchestrator answers the processes that it started."""
+    """The address at which the orchestrator serves the registry to the processes that it starts."""
     return f"ipc://{sockets}/orchestrator"
 
 
 def worker_launches(config: RunConfig, config_path: Path, sockets: Path) -> tuple[Launch, ...]:
-    """The render and perception workers of a run; every perception worker may ask every render worker.
+    """The render and perception workers of a run; every perception worker may call every render worker.
 
     Args:
         sockets: a directory with a short path, for the `ipc://` sockets.
@@ -71,8 +71,8 @@ def training_launch(run: Path, workers: Sequence[Launch], sockets: Path, options
     """The agent that trains in the run directory `run`.
 
     Args:
-        workers: those that it is told of; of others it learns from the orchestrator.
-        options: of its command line, besides.
+        workers: their addresses go on its command line; it learns of others from the orchestrator.
+        options: further options of its command line.
     """
     command = (*_agent("train", TRAINING, run, workers, sockets), *options)
     return Launch(name=TRAINING, role=Role.AGENT, command=command)
@@ -90,13 +90,13 @@ def evaluation_launch(
 
 
 def addresses(workers: Sequence[Launch], role: Role | None = None) -> tuple[str, ...]:
-    """Where the workers (of one role) serve."""
+    """The addresses of the workers, or of those of one role."""
     return tuple(worker.address for worker in workers if worker.address and role in (None, worker.role))
 
 
 def module_command(module: str, *arguments: str) -> tuple[str, ...]:
-    """This interpreter on one of our modules."""
-    # Safe path: a folder named `agent` where the user happens to stand must not hide ours.
+    """The command that runs one of our modules in this interpreter."""
+    # Safe path: a folder named `agent` in the current directory must not hide ours.
     return sys.executable, "-P", "-m", module, *arguments
 
 
@@ -107,7 +107,7 @@ def _worker(name: str, role: Role, module: str, sockets: Path, options: tuple[st
 
 
 def _agent(activity: str, name: str, run: Path, workers: Sequence[Launch], sockets: Path) -> tuple[str, ...]:
-    # Absolute: the same run gives the same command wherever the orchestrator is called, so that it finds the process.
+    # Absolute: a run has the same command in any current directory, and so an orchestrator finds its orphans.
     return (
         *module_command("agent", activity, "--run", str(run.resolve()), *_membership(name, sockets)),
         *_repeated("--render", addresses(workers, Role.RENDER)),
@@ -116,7 +116,7 @@ def _agent(activity: str, name: str, run: Path, workers: Sequence[Launch], socke
 
 
 def _membership(name: str, sockets: Path) -> tuple[str, ...]:
-    """How a process joins the run, and learns that its orchestrator is gone."""
+    """The options by which a process registers with the run's orchestrator, and learns that it is gone."""
     return "--orchestrator", registry_address(sockets), "--name", name
 
 

@@ -11,14 +11,14 @@ ERRORS = frozenset({"error", "critical"})
 
 
 class LogLine(Struct, frozen=True):
-    """What matters here of a line; `level` is empty for one that no logger wrote."""
+    """The message and level of a line; `level` is empty for a line that no logger wrote."""
 
     message: str
     level: str = ""
 
 
 def parse_log_line(line: bytes) -> LogLine:
-    """A line of JSON, or whatever a library or a crash has written between."""
+    """Parse a line: JSON, or text that a library or a crash has written between."""
     try:
         found = msgspec.json.decode(line, type=LogLine)
     except UNDECODABLE:
@@ -27,7 +27,7 @@ def parse_log_line(line: bytes) -> LogLine:
 
 
 def _by_any_means(line: bytes) -> LogLine:
-    """A line that is not as it should be, perhaps only for a byte in it that is no UTF-8."""
+    """A line that is not valid JSON, perhaps only for a byte in it that is not UTF-8."""
     text = line.decode(errors="replace")
     try:
         return msgspec.json.decode(text, type=LogLine)

@@ -1,4 +1,4 @@
-"""The last warning in the logs of a run's processes, as they are written."""
+"""The last warning in the logs of a run's processes, read as they grow."""
 
 from pathlib import Path
 
@@ -8,18 +8,18 @@ from orchestrator.supervision.worker_process import WorkerProcess
 
 
 class LogWarnings:
-    """Follows logs and remembers the last warning in any of them."""
+    """Follows logs, and keeps the last warning of all."""
 
     def __init__(self) -> None:
         self._followers: dict[str, Follower] = {}
         self._last: str | None = None
 
     def follow(self, process: WorkerProcess) -> None:
-        """Take up a process's log, from the process's own first line."""
+        """Follow a process's log, from its own first line."""
         self.follow_file(process.name, process.log, process.log_start)
 
     def follow_file(self, name: str, log: Path, start: int) -> None:
-        """Take up a log from a byte on; its warnings are told as those of `name`."""
+        """Follow a log from a byte on; its warnings are reported as those of `name`."""
         self._followers[name] = Follower(log, start)
 
     def last(self) -> str | None:

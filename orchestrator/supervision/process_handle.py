@@ -1,4 +1,4 @@
-"""A hold on a running process: our own child, or one that an earlier orchestrator started."""
+"""A handle on a running process: our own child, or one that an earlier orchestrator started."""
 
 import contextlib
 import os
@@ -17,31 +17,31 @@ POLL = 0.02
 
 
 class ProcessHandle(Protocol):
-    """What can be asked of a process, whoever started it."""
+    """What both kinds of process tell."""
 
     @property
     def pid(self) -> int:
-        """Its number."""
+        """Its process id."""
         ...
 
     @property
     def started_at(self) -> ProcessStart | None:
-        """When it was started: the same for whoever asks, whatever is done to clocks; None where it ended at once."""
+        """When it was started, on a clock that is never set; None where it ended at once."""
         ...
 
     @property
     def started(self) -> float:
-        """Its creation in seconds since 1970 as the clock was set when it was looked at; for people."""
+        """Its creation in seconds since 1970, by the wall clock as it was set when the handle was made; for display."""
         ...
 
     @property
     def is_running(self) -> bool:
-        """Whether it still runs; false also for one that has ended and is not yet buried."""
+        """Whether it still runs; false also for a zombie."""
         ...
 
     @property
     def exit_code(self) -> int | None:
-        """Negative where a signal ended it; None while it runs, and for ever where only its parent is told."""
+        """Negative where a signal ended it; None while it runs, and always for a process that is not our child."""
         ...
 
     def wait(self, seconds: float) -> bool:
@@ -49,8 +49,8 @@ class ProcessHandle(Protocol):
         ...
 
 
-class Child:
-    """A process that we started, at the head of a process group of its own.
+class ChildProcess:
+    """A process that we started, which leads a process group of its own.
 
     Raises:
         OSError: the system would not start it.
@@ -89,8 +89,8 @@ class Child:
         return True
 
 
-class Foundling:
-    """A process that is not our child: the system tells its exit code to its parent alone."""
+class AdoptedProcess:
+    """A process that is not our child; the system tells its exit code to its parent alone."""
 
     exit_code = None
 
@@ -104,7 +104,7 @@ class Foundling:
     def is_running(self) -> bool:
         """See `ProcessHandle`."""
         try:
-            # A process of the same number that came later is not taken for it.
+            # A later process may have the same id.
             return process_start(self.pid) == self.started_at is not None and not has_ended(self._process)
         except psutil.NoSuchProcess:
             return False
@@ -120,19 +120,19 @@ class Foundling:
 
 
 def has_ended(process: psutil.Process) -> bool:
-    """Whether nothing of a process is left but its entry in the system's table.
+    """Whether only a process's entry in the system's table is left.
 
-    The system shows a killed one as a zombie once its first thread has ended. Until its last thread has, which takes a
-    second on a busy machine, it holds its sockets and locks, and who is started in its place finds them in use.
+    The system shows a killed process as a zombie once its first thread has ended. Until its last thread has ended,
+    which takes a second on a busy machine, it holds its sockets and locks, and its successor finds them in use.
 
     Raises:
-        psutil.NoSuchProcess: not even that is left.
+        psutil.NoSuchProcess: the entry is gone too.
     """
     return process.status() == psutil.STATUS_ZOMBIE and process.num_threads() <= 1
 
 
 def is_stopped(process: ProcessHandle) -> bool:
-    """Whether the system lets it stand still, as after SIGSTOP; one that a debugger holds is not meant."""
+    """Whether the system has stopped it, as after SIGSTOP; a process that a debugger holds does not count."""
     try:
         return psutil.Process(process.pid).status() == psutil.STATUS_STOPPED
     except psutil.NoSuchProcess:
@@ -140,21 +140,21 @@ def is_stopped(process: ProcessHandle) -> bool:
 
 
 def send_signal(process: ProcessHandle, number: signal.Signals) -> None:
-    """Signal a process, if it runs."""
+    """Send a signal to a process, if it runs."""
     if process.is_running:
         with contextlib.suppress(ProcessLookupError):
             os.kill(process.pid, number)
 
 
 def kill_group(process: ProcessHandle) -> None:
-    """SIGKILL to a process and whatever it started."""
+    """Send SIGKILL to a process and to all that it started."""
     if process.is_running:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
 
 
 def creation_time(pid: int) -> float:
-    """When a process was created, in seconds since 1970 as the clock is set now, right to a second; 0 for none."""
+    """When a process was created, in seconds since 1970 by the wall clock now, exact to a second; 0 if it is gone."""
     try:
         return psutil.Process(pid).create_time()
     except psutil.NoSuchProcess:

@@ -1,4 +1,4 @@
-"""Who serves what, where, in which state: what the run's processes say of themselves, and ask of each other."""
+"""The registry: which process serves which role, where, and in which state."""
 
 import logging
 import threading
@@ -21,7 +21,7 @@ _log = logging.getLogger(__name__)
 
 
 class Entry(Struct, frozen=True):
-    """A process that registered: its last word, when it first and last spoke (seconds of the registry's clock)."""
+    """A process's last record, and when it first and last registered (seconds of the registry's clock)."""
 
     record: WorkerRecord
     first: float
@@ -29,11 +29,11 @@ class Entry(Struct, frozen=True):
 
 
 class Registry:
-    """The table, by incarnation. May be used from any number of threads.
+    """The table of registered processes, by incarnation. Thread-safe.
 
     Args:
         liveness: seconds after which a process that did not register again is no longer listed.
-        beyond: who of a role is in another table, which is told after our own.
+        beyond: the processes of a role in another registry, which `lookup` lists after our own.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class Registry:
         self._entries: dict[str, Entry] = {}
 
     def register(self, request: Register) -> Registered:
-        """Enter a process, or its new state."""
+        """Enter a process, or update its state."""
         record, now = request.worker, self._clock()
         with self._lock:
             self._drop_silent(now)
@@ -60,19 +60,19 @@ class Registry:
         return Registered()
 
     def lookup(self, request: Lookup) -> Workers:
-        """The processes of a role, here and beyond."""
+        """The processes of a role, here and in the registry beyond."""
         here = tuple(record for record in self.records() if record.role is request.role)
         return Workers(workers=(*here, *self._beyond(request.role)))
 
     def records(self) -> tuple[WorkerRecord, ...]:
-        """Everybody who registered here: of those at one address, the one that came last."""
+        """Every process that is registered here; of several at one address, the last one."""
         with self._lock:
             self._drop_silent(self._clock())
             entries = sorted(self._entries.values(), key=lambda entry: entry.first)
         return tuple({entry.record.address or entry.record.name: entry.record for entry in entries}.values())
 
     def heard(self, name: str, pid: int) -> float | None:
-        """When the process of this name and number last registered; None where it did not."""
+        """When the process of this name and id last registered; None where it never did."""
         with self._lock:
             times = [
                 entry.heard for entry in self._entries.values() if (entry.record.name, entry.record.pid) == (name, pid)
@@ -80,7 +80,7 @@ class Registry:
         return max(times, default=None)
 
     def forget(self, name: str, pid: int) -> None:
-        """Drop a process that has ended, without waiting for its silence."""
+        """Drop a process that has ended, without waiting for `liveness`."""
         with self._lock:
             self._entries = {
                 incarnation: entry
@@ -89,7 +89,7 @@ class Registry:
             }
 
     def handlers(self) -> Handlers:
-        """Which request is answered how."""
+        """The handler of each request."""
         return {Register: self.register, Lookup: self.lookup}
 
     def _drop_silent(self, now: float) -> None:
@@ -99,15 +99,15 @@ class Registry:
 
 
 class Table(Protocol):
-    """What is served as a registry."""
+    """A registry that can be served."""
 
     def handlers(self) -> Handlers:
-        """Which request is answered how."""
+        """The handler of each request."""
         ...
 
 
 class _End:
-    """Ends what is served in another thread, also if it is only about to begin."""
+    """Ends a server in another thread, also one that is about to start."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -115,7 +115,7 @@ class _End:
         self.is_due = False
 
     def take(self, drain: Callable[[], None]) -> None:
-        """This ends what is served now."""
+        """Set what drains the present server."""
         with self._lock:
             self._drain = drain
             if self.is_due:
@@ -135,9 +135,9 @@ def serve_registry(
     observer: Observer = NOBODY,
     security: Security = LOCAL_ONLY,
 ) -> Generator[Callable[[], None]]:
-    """Answer for a registry at an address, in a thread of its own, watched by `observer`.
+    """Serve a registry at an address, in a thread of its own; `observer` is told of its requests.
 
-    Gives what raises the error that has ended it since, if one has.
+    Yields a function that raises the error that ended the server, if one did.
 
     Raises:
         AddressUnavailable: the address can't be served.
@@ -152,7 +152,7 @@ def serve_registry(
 
     def run() -> None:
         try:
-            # Anybody who may call may also ask it to drain; but the processes of a run must not become orphans of that.
+            # Every permitted client may send a Drain; the run's processes must not lose their registry by one.
             while not end.is_due:
                 serve(
                     start,

@@ -1,4 +1,4 @@
-"""How often a process may be started again, and after what pause."""
+"""How often a process may be restarted, and after what backoff."""
 
 from collections import deque
 
@@ -6,7 +6,7 @@ from protocol.config import SupervisionConfig
 
 
 class RestartBudget:
-    """One process's. Times are seconds of any clock that only goes forward."""
+    """The budget of one process. Times are seconds of a monotonic clock."""
 
     def __init__(self, config: SupervisionConfig) -> None:
         self._config = config
@@ -14,7 +14,7 @@ class RestartBudget:
         self._worked = True
 
     def charge(self, now: float) -> float | None:
-        """The pause before the next restart, in seconds: none before the first; None where the budget is spent."""
+        """Charge a restart; returns the seconds to wait before it, 0 for the first, or None if the budget is spent."""
         self._forget(now)
         if len(self._restarts) >= self._config.max_restarts:
             return None
@@ -24,11 +24,11 @@ class RestartBudget:
         return pause
 
     def worked(self) -> None:
-        """The process got ready since its last restart."""
+        """Note that the process got ready after its last restart."""
         self._worked = True
 
     def _forget(self, now: float) -> None:
-        # What takes longer than the window to start and never gets ready would else be started for ever.
+        # Otherwise a process that takes longer than the window to start, and never gets ready, is restarted for ever.
         while self._worked and self._restarts and now - self._restarts[0] >= self._config.window:
             self._restarts.popleft()
 

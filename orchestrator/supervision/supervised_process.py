@@ -1,4 +1,4 @@
-"""One process in the supervisor's care, over all the times that it is started."""
+"""A supervised launch and its processes, one after the other."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,21 +16,21 @@ DEPENDS_ON: dict[Role, frozenset[Role]] = {
     Role.PERCEPTION: frozenset({Role.RENDER}),
     Role.AGENT: frozenset({Role.RENDER, Role.PERCEPTION}),
 }
-"""Whom a process of each role can't do without."""
+"""The roles of the workers that a process of each role needs."""
 
 IsDone: TypeAlias = Callable[[], bool]
-"""Whether what a process was to make is there, as the record of it says."""
+"""Whether the output of a process exists, as its record on disk says."""
 
 
 @dataclass(slots=True, eq=False)
-class Life:
-    """One life of a supervised process, from its start to its end.
+class RunningProcess:
+    """The process that runs for a launch, from its start to its end.
 
     Attributes:
-        began: in seconds of the supervisor's clock.
-        ready: it was, at some look.
-        draining: why it was asked to end for a replacement, if it was.
-        hang: why it was killed, if it was.
+        began: seconds of the supervisor's clock.
+        ready: whether it was ready at any poll.
+        draining: why it was asked to end for a replacement; None where it was not.
+        hang: why it was killed; None where it was not.
     """
 
     process: WorkerProcess
@@ -44,14 +44,14 @@ class Life:
 
 @dataclass(slots=True, eq=False)
 class SupervisedProcess:
-    """A launch, how often it may be started again, and the process that stands for it now.
+    """A launch, its restart budget, and the process that runs for it now.
 
     Attributes:
-        is_done: for an agent, which ends when its work is done; a worker never does.
-        life: None while none runs.
-        due: when it is to be started again, in seconds of the supervisor's clock.
-        over: its work is done.
-        restarts: so far, replacements not counted.
+        is_done: for an agent, which ends when its work is done; None for a worker, which serves until it is stopped.
+        running: None between an exit and the restart.
+        due: when to restart it, in seconds of the supervisor's clock.
+        over: whether its work is done.
+        restarts: so far, without planned replacements.
     """
 
     launch: Launch
@@ -59,7 +59,7 @@ class SupervisedProcess:
     patience: Patience
     is_done: IsDone | None
     restarts: int
-    life: Life | None = None
+    running: RunningProcess | None = None
     due: float = 0.0
     over: bool = False
 
@@ -70,17 +70,17 @@ class SupervisedProcess:
 
     @property
     def is_worker(self) -> bool:
-        """Whether it serves."""
+        """Whether it serves requests."""
         return self.is_done is None
 
     @property
     def is_ready(self) -> bool:
         """Whether its process can work, as far as is known."""
-        return self.life is not None and self.life.ready
+        return self.running is not None and self.running.ready
 
 
 def patience_with(role: Role, timeouts: Timeouts) -> Patience:
-    """How long a process of a role may take for what."""
+    """The clocks of a process of a role."""
     match role:
         case Role.AGENT:
             return Patience.of_agent(timeouts)
@@ -91,11 +91,11 @@ def patience_with(role: Role, timeouts: Timeouts) -> Patience:
 
 
 def hang_words(verdict: Verdict, patience: Patience) -> str:
-    """How a process hangs, to follow its name."""
+    """How a process hangs, as words to follow its name."""
     match verdict:
         case Verdict.SILENT:
-            return f"hung (not heard of for {patience.liveness:g} s)"
+            return f"hung (silent for {patience.liveness:g} s)"
         case Verdict.STUCK:
-            return f"hung (got nothing done for {patience.progress:g} s, with work in hand)"
+            return f"hung (made no progress for {patience.progress:g} s with requests in hand)"
         case _:
             return f"did not get ready within {patience.startup:g} s"

@@ -1,4 +1,4 @@
-"""Keeps processes at work: starts them, looks at them, kills those that hang and starts again those that ended."""
+"""Starts processes, polls their health, kills those that hang and restarts those that ended."""
 
 import logging
 import time
@@ -15,14 +15,14 @@ from orchestrator.supervision.hang_detector import HangDetector, Verdict
 from orchestrator.supervision.health_probe import AgentProbe, HealthProbe, WorkerProbe, ended
 from orchestrator.supervision.heartbeat import Health
 from orchestrator.supervision.launch import Launch
-from orchestrator.supervision.left_behind import LeftBehind, nobody
+from orchestrator.supervision.orphans import Orphans, no_orphans
 from orchestrator.supervision.recycling import reason_to_recycle
 from orchestrator.supervision.registry import Registry
 from orchestrator.supervision.restart_budget import RestartBudget
 from orchestrator.supervision.supervised_process import (
     DEPENDS_ON,
     IsDone,
-    Life,
+    RunningProcess,
     SupervisedProcess,
     hang_words,
     patience_with,
@@ -39,15 +39,15 @@ _log = logging.getLogger(__name__)
 
 
 class Supervisor:
-    """Looks after the processes of a fleet; nothing happens between two looks.
+    """Supervises the processes of a fleet. It acts in `poll` only.
 
     Args:
-        registry: where agents are heard of; without one, only their progress counts.
-        progress: how far the agent is; None before its first word.
-        left_behind: processes to take up instead of starting others.
-        past: restarts of earlier orchestrators of the run; they are counted, and charged to nobody.
-        on_restart: told of each restart.
-        lacks: whether nobody of a role can work elsewhere whom our processes need.
+        registry: where agents register; without one, only their progress counts.
+        progress: the agent's last progress; None before the first.
+        orphans: processes to adopt instead of starting new ones.
+        past: restarts by earlier orchestrators of the run; they are counted, but take nothing from a restart budget.
+        on_restart: called with each restart.
+        lacks: whether our processes need remote workers of a role, and none of these can work.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Supervisor:
         *,
         registry: Registry | None = None,
         progress: Callable[[], Progress | None] = lambda: None,
-        left_behind: LeftBehind | None = None,
+        orphans: Orphans | None = None,
         past: Sequence[Restart] = (),
         on_restart: Callable[[Restart], None] = lambda _: None,
         lacks: Callable[[Role], bool] = lambda _: False,
@@ -70,7 +70,7 @@ class Supervisor:
         self._timeouts = timeouts
         self._registry = registry
         self._progress = progress
-        self._left_behind = left_behind or nobody()
+        self._orphans = orphans or no_orphans()
         self._past = count_restarts(past)
         self._on_restart = on_restart
         self._lacks = lacks
@@ -85,14 +85,14 @@ class Supervisor:
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         for supervised in self._supervised.values():
-            if supervised.life is not None:
-                supervised.life.health_probe.close()
+            if supervised.running is not None:
+                supervised.running.health_probe.close()
 
     def start(self, launch: Launch, is_done: IsDone | None = None) -> WorkerProcess:
-        """Take a launch into care: take up its process if one was left behind, else start one.
+        """Supervise a launch: adopt its orphaned process if there is one, else start a process.
 
         Args:
-            is_done: for an agent; it is started again until this says so.
+            is_done: for an agent; it is restarted until this is true.
 
         Raises:
             ProcessFailed: the system would not start it.
@@ -105,22 +105,22 @@ class Supervisor:
             restarts=self._past.get(launch.name, 0),
         )
         self._supervised[launch.name] = supervised
-        found = self._left_behind.take(launch)
+        found = self._orphans.take(launch)
         if found is None:
-            return self._begin(supervised)
+            return self._start_process(supervised)
         process = self._fleet.adopt(launch, found.process, found.log_start)
-        _log.info("took %s up, as process %d", launch.name, process.pid, extra={"member": launch.name})
-        return self._attend(supervised, process, age=process.started_at.age if process.started_at else 0.0)
+        _log.info("adopted %s, as process %d", launch.name, process.pid, extra={"member": launch.name})
+        return self._supervise(supervised, process, age=process.started_at.age if process.started_at else 0.0)
 
-    def cares_for(self, name: str) -> bool:
-        """Whether a process is in care."""
+    def supervises(self, name: str) -> bool:
+        """Whether a process of this name is supervised."""
         return name in self._supervised
 
     def release(self, name: str) -> None:
-        """Take a process out of care."""
+        """Stop supervising a process."""
         supervised = self._supervised.pop(name)
-        if supervised.life is not None:
-            supervised.life.health_probe.close()
+        if supervised.running is not None:
+            supervised.running.health_probe.close()
 
     def is_ready(self, name: str) -> bool:
         """Whether a process can work, as far as is known."""
@@ -131,139 +131,137 @@ class Supervisor:
         return self._supervised[name].over
 
     def health(self) -> Iterator[Health]:
-        """Every process, as of the last look."""
+        """The health of every process, as of the last poll."""
         records = {record.name: record for record in self._fleet.records()}
         for supervised in self._supervised.values():
             found = (
-                supervised.life.health_probe.health()
-                if supervised.life is not None
+                supervised.running.health_probe.health()
+                if supervised.running is not None
                 else ended(records[supervised.name])
             )
             yield replace(found, restarts=supervised.restarts)
 
-    def look(self) -> None:
-        """Look at every process once, and do what is to be done about it.
+    def poll(self) -> None:
+        """Check every process once; kill, restart or recycle those that need it.
 
         Raises:
-            ProcessFailed: one ended that can never work, or (`RestartsExhausted`) ends too often.
-            DeadlineExceeded: a worker did not get ready before the startup clock ran out.
-            VersionMismatch, WrongRole: it is no worker to talk to.
+            ProcessFailed: a process ended that can never work, or (`RestartsExhausted`) one ends too often.
+            DeadlineExceeded: a worker did not get ready within `timeouts.startup`.
+            VersionMismatch, WrongRole: a worker speaks another version, or serves another role.
         """
         # In the order of their start: render workers come before those that wait for them.
         for supervised in self._supervised.values():
-            if supervised.life is not None:
-                self._look_at(supervised, supervised.life)
+            if supervised.running is not None:
+                self._check(supervised, supervised.running)
             elif not supervised.over and self._clock() >= supervised.due:
-                self._begin(supervised)
+                self._start_process(supervised)
         self._recycle()
 
-    def _begin(self, supervised: SupervisedProcess) -> WorkerProcess:
+    def _start_process(self, supervised: SupervisedProcess) -> WorkerProcess:
         process = self._fleet.start(supervised.launch)
         _log.info("started %s, as process %d", supervised.name, process.pid, extra={"member": supervised.name})
-        return self._attend(supervised, process)
+        return self._supervise(supervised, process)
 
-    def _attend(self, supervised: SupervisedProcess, process: WorkerProcess, age: float = 0.0) -> WorkerProcess:
+    def _supervise(self, supervised: SupervisedProcess, process: WorkerProcess, age: float = 0.0) -> WorkerProcess:
         record = next(record for record in self._fleet.records() if record.name == supervised.name)
         now = self._clock()
-        supervised.life = Life(
-            process, self._probe(supervised, record, process), HangDetector(supervised.patience, now, age), now
+        supervised.running = RunningProcess(
+            process, self._health_probe(supervised, record, process), HangDetector(supervised.patience, now, age), now
         )
         return process
 
-    def _probe(self, supervised: SupervisedProcess, record: ProcessRecord, process: WorkerProcess) -> HealthProbe:
+    def _health_probe(
+        self, supervised: SupervisedProcess, record: ProcessRecord, process: WorkerProcess
+    ) -> HealthProbe:
         if supervised.is_worker:
             return WorkerProbe(record, self._timeouts)
         return AgentProbe(process, self._registry, self._progress)
 
-    def _look_at(self, supervised: SupervisedProcess, life: Life) -> None:
-        if not life.process.is_running:
-            self._take_end(supervised, life)
+    def _check(self, supervised: SupervisedProcess, running: RunningProcess) -> None:
+        if not running.process.is_running:
+            self._handle_exit(supervised, running)
             return
-        vitals = life.health_probe.vitals(waiting=self._waits(supervised), stopped=life.process.is_stopped)
-        if vitals.ready and not life.ready:
-            life.ready = True
+        result = running.health_probe.probe(waiting=self._waits(supervised), stopped=running.process.is_stopped)
+        if result.ready and not running.ready:
+            running.ready = True
             supervised.budget.worked()
-            seconds = round(self._clock() - life.began, 3)
+            seconds = round(self._clock() - running.began, 3)
             _log.info("%s is ready", supervised.name, extra={"member": supervised.name, "seconds": seconds})
-        verdict = life.hang_detector.look(vitals, self._clock())
+        verdict = running.hang_detector.update(result, self._clock())
         if verdict is Verdict.NEVER_READY and supervised.is_worker:
-            raise DeadlineExceeded(_not_ready(life.process, self._timeouts.startup))
-        if verdict is not Verdict.FINE and life.hang is None:
-            life.hang = (
-                f"{supervised.name} {hang_words(verdict, supervised.patience)} and was killed (log: {life.process.log})"
-            )
-            life.process.kill()
+            raise DeadlineExceeded(_not_ready(running.process, self._timeouts.startup))
+        if verdict is not Verdict.FINE and running.hang is None:
+            how = hang_words(verdict, supervised.patience)
+            running.hang = f"{supervised.name} {how} and was killed (log: {running.process.log})"
+            running.process.kill()
 
     def _waits(self, supervised: SupervisedProcess) -> bool:
         roles = DEPENDS_ON.get(supervised.launch.role, frozenset())
         others = (other for other in self._supervised.values() if other.launch.role in roles)
         return any(map(self._lacks, roles)) or not all(other.is_ready for other in others)
 
-    def _take_end(self, supervised: SupervisedProcess, life: Life) -> None:
-        life.health_probe.close()
-        supervised.life = None
+    def _handle_exit(self, supervised: SupervisedProcess, running: RunningProcess) -> None:
+        running.health_probe.close()
+        supervised.running = None
         if self._registry is not None:
-            self._registry.forget(supervised.name, life.process.pid)
-        code = life.process.exit_code
-        # Whoever is not our child does not tell us its exit code; what it made does.
+            self._registry.forget(supervised.name, running.process.pid)
+        code = running.process.exit_code
+        # The system tells an adopted process's exit code to its parent alone; then only its output counts.
         if supervised.is_done is not None and code in (ExitCode.DONE, None) and supervised.is_done():
             supervised.over = True
         elif code == ExitCode.HOPELESS:
-            raise ProcessFailed(life.process.obituary())
-        elif life.draining is not None:
-            # Even if it had to be killed: it was to end anyway.
-            self._again(supervised, life.draining, pause=0.0, planned=True)
+            raise ProcessFailed(running.process.exit_reason())
+        elif running.draining is not None:
+            # It was asked to end, so a kill counts as planned too.
+            self._restart(supervised, running.draining, pause=0.0, planned=True)
         else:
-            self._again(supervised, life.hang or life.process.obituary(), self._pause(supervised, life), planned=False)
+            reason = running.hang or running.process.exit_reason()
+            self._restart(supervised, reason, self._pause(supervised, reason), planned=False)
 
-    def _pause(self, supervised: SupervisedProcess, life: Life) -> float:
+    def _pause(self, supervised: SupervisedProcess, reason: str) -> float:
         pause = supervised.budget.charge(self._clock())
         if pause is None:
-            reason = life.hang or life.process.obituary()
             raise RestartsExhausted(
-                f"{reason}; it was started again {self._config.max_restarts} times within "
-                f"{self._config.window:g} s already"
+                f"{reason}; it was restarted {self._config.max_restarts} times within {self._config.window:g} s already"
             )
         return pause
 
-    def _again(self, supervised: SupervisedProcess, reason: str, pause: float, *, planned: bool) -> None:
+    def _restart(self, supervised: SupervisedProcess, reason: str, pause: float, *, planned: bool) -> None:
         supervised.restarts += not planned
         supervised.due = self._clock() + pause
         when = f"in {pause:g} s" if pause else "now"
         level = logging.INFO if planned else logging.WARNING
-        _log.log(
-            level, "%s; it is started again %s", reason, when, extra={"member": supervised.name, "planned": planned}
-        )
+        _log.log(level, "%s; restarting it %s", reason, when, extra={"member": supervised.name, "planned": planned})
         self._note(Restart(time=self._wall_clock(), process=supervised.name, reason=reason, planned=planned))
         if not pause:
-            self._begin(supervised)
+            self._start_process(supervised)
 
     def _note(self, restart: Restart) -> None:
         try:
             self._on_restart(restart)
         except OSError as error:
             # A full disk may be the very reason of the restart.
-            _log.warning("a restart can't be written down: %s", error)
+            _log.warning("the restart can't be recorded: %s", error)
 
     def _recycle(self) -> None:
-        """Replace a worker that has grown or worked enough; one after the other, while all the others can work."""
+        """Replace a worker that reached a limit of memory or requests; one at a time, while all others are ready."""
         workers = [supervised for supervised in self._supervised.values() if supervised.is_worker]
         if not all(
-            supervised.life is not None and supervised.life.ready and supervised.life.draining is None
+            supervised.running is not None and supervised.running.ready and supervised.running.draining is None
             for supervised in workers
         ):
             return
         for supervised in workers:
-            if supervised.life is None or not isinstance(supervised.life.health_probe, WorkerProbe):
+            if supervised.running is None or not isinstance(supervised.running.health_probe, WorkerProbe):
                 continue
-            why = reason_to_recycle(supervised.life.health_probe.pong, self._config)
+            why = reason_to_recycle(supervised.running.health_probe.pong, self._config)
             if why is not None:
-                supervised.life.draining = f"{supervised.name} {why} and is replaced"
-                supervised.life.health_probe.drain()
+                supervised.running.draining = f"{supervised.name} {why} and is replaced"
+                supervised.running.health_probe.drain()
                 return
 
 
 def _not_ready(worker: WorkerProcess, startup: float) -> str:
     words = worker.last_words()
-    said = f"; {worker.name} said last: {words}" if words else ""
+    said = f"; the last line of its log: {words}" if words else ""
     return f"{worker.name} did not get ready within {startup:g} s{said} (log: {worker.log})"

@@ -10,21 +10,28 @@ from orchestrator.errors import ProcessFailed
 from orchestrator.run.json_lines import last_lines
 from orchestrator.supervision.launch import Launch
 from orchestrator.supervision.log_line import ERRORS, parse_log_line
-from orchestrator.supervision.process_handle import Child, Foundling, ProcessHandle, is_stopped, kill_group, send_signal
+from orchestrator.supervision.process_handle import (
+    AdoptedProcess,
+    ChildProcess,
+    ProcessHandle,
+    is_stopped,
+    kill_group,
+    send_signal,
+)
 from protocol.system.process_start import ProcessStart
 
 LONGEST_QUOTE = 400
 
 
 class WorkerProcess:
-    """A process of a `Launch`, started or found; the same launch can be started again.
+    """A process of a `Launch`, started or adopted; the same launch can be started again.
 
-    It leads a process group of its own: Ctrl-C in the terminal reaches the orchestrator alone, which then stops the
-    others in order, and what a killed worker started itself is killed with it.
+    It leads a process group of its own. So Ctrl-C in the terminal reaches the orchestrator alone, which stops the
+    others in order, and a killed worker's own children are killed with it.
 
     Attributes:
-        log: the file that takes its stdout and stderr.
-        log_start: where its own lines begin there; an earlier process may have written to the same file.
+        log: the file that its stdout and stderr go to.
+        log_start: the byte where its own lines begin; an earlier process may have written to the same file.
     """
 
     def __init__(self, launch: Launch, handle: ProcessHandle, log: Path, log_start: int) -> None:
@@ -42,14 +49,14 @@ class WorkerProcess:
         """
         log_start = log.stat().st_size if log.exists() else 0
         try:
-            return cls(launch, Child(launch.command, log, environment), log, log_start)
+            return cls(launch, ChildProcess(launch.command, log, environment), log, log_start)
         except OSError as error:
             raise ProcessFailed(f"{launch.name} can't be started: {error}") from error
 
     @classmethod
     def adopt(cls, launch: Launch, found: psutil.Process, log: Path, log_start: int) -> "WorkerProcess":
-        """Take up one that an earlier orchestrator has started."""
-        return cls(launch, Foundling(found), log, log_start)
+        """Take over a process that an earlier orchestrator has started."""
+        return cls(launch, AdoptedProcess(found), log, log_start)
 
     @property
     def name(self) -> str:
@@ -58,22 +65,22 @@ class WorkerProcess:
 
     @property
     def pid(self) -> int:
-        """The process's number."""
+        """The process id."""
         return self._handle.pid
 
     @property
     def started_at(self) -> ProcessStart | None:
-        """When it was started, which tells it from a later process of the same number."""
+        """When it was started, which tells it from a later process with the same id."""
         return self._handle.started_at
 
     @property
     def started(self) -> float:
-        """Its creation in seconds since 1970, as the clock was set when we began with it."""
+        """Its creation in seconds since 1970, by the wall clock as it was set when we started or adopted it."""
         return self._handle.started
 
     @property
     def exit_code(self) -> int | None:
-        """None while it runs, and for an adopted one for ever; negative where a signal ended it."""
+        """None while it runs, and always for an adopted process; negative where a signal ended it."""
         return self._handle.exit_code
 
     @property
@@ -83,22 +90,22 @@ class WorkerProcess:
 
     @property
     def is_stopped(self) -> bool:
-        """Whether somebody made it stand still (SIGSTOP)."""
+        """Whether it is stopped (SIGSTOP)."""
         return is_stopped(self._handle)
 
     def ask_to_stop(self) -> None:
-        """SIGTERM: workers finish what is in hand, the agent writes what it learned."""
-        # First: to a process that stands still the system delivers a signal through any of its threads, once it goes
-        # on, and Python sees it only when the main thread is woken.
+        """Send SIGTERM: a worker answers its requests in hand, the agent writes what it learned."""
+        # SIGCONT first: the system delivers a signal to a stopped process through any of its threads once it continues,
+        # and Python handles it only when the main thread wakes.
         send_signal(self._handle, signal.SIGCONT)
         send_signal(self._handle, signal.SIGTERM)
 
     def kill(self) -> None:
-        """SIGKILL to the process and whatever it started."""
+        """Send SIGKILL to the process and to all that it started."""
         kill_group(self._handle)
 
     def wait(self, seconds: float) -> bool:
-        """Whether it ended within `seconds`."""
+        """Wait for its end; returns whether it came within `seconds`."""
         return self._handle.wait(seconds)
 
     def last_words(self) -> str | None:
@@ -109,14 +116,14 @@ class WorkerProcess:
         words = next((line for line in lines if line.level in ERRORS), lines[0]).message
         return words if len(words) <= LONGEST_QUOTE else words[:LONGEST_QUOTE] + "…"
 
-    def obituary(self) -> str:
-        """How it ended, in a sentence with its last words and where to read on."""
+    def exit_reason(self) -> str:
+        """How it ended, in a sentence with the last line and the path of its log."""
         end = "has ended" if self.exit_code is None and not self.is_running else ending(self.exit_code)
         return f"{self.name} {end}{self._quote()} (log: {self.log})"
 
     def _quote(self) -> str:
         if self.exit_code == -signal.SIGKILL:
-            # Who is killed has no time for words; what it happened to say last is no reason.
+            # A killed process logs no reason; its last line is about something else.
             return ""
         words = self.last_words()
         return f": {words}" if words else " without a word"

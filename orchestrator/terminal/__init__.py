@@ -1,1 +1,1 @@
-"""What passes between the commands and a person: consoles, what is printed, and how a command ends."""
+"""The terminal: consoles, output on stdout, and exit codes with their messages."""

@@ -1,4 +1,4 @@
-"""The group that every command of `orchestrator` is in: whatever ends one is said in a sentence, with an exit code."""
+"""The group of all commands: it turns the error that ends a command into a sentence and an exit code."""
 
 import sys
 import tempfile
@@ -8,10 +8,10 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from orchestrator.errors import HostNotTold, Interrupted, OutputLost
+from orchestrator.errors import HostNotTold, OutputLost
 from orchestrator.terminal.console import open_console
 from orchestrator.terminal.output import whole_output
-from protocol.errors import InvalidConfig, InvalidInput, VantageError
+from protocol.errors import Interrupted, InvalidConfig, InvalidInput, VantageError
 from protocol.system.refusal import SYSTEM_ERRORS, reason, sentence
 from protocol.system.streams import prepared_streams
 
@@ -19,10 +19,10 @@ DONE, FAILED, MISUSED, STOPPED = 0, 1, 2, 130
 
 
 class Sentences(TyperGroup):
-    """Says what ended a command in a sentence, and ends with the code that belongs to it; see `docs/exit-codes.md`."""
+    """Prints the error that ended a command as a sentence, and exits with its code; see `docs/exit-codes.md`."""
 
     def invoke(self, ctx: Any) -> Any:
-        """Do the command."""
+        """Run the command."""
         try:
             return super().invoke(ctx)
         except VantageError as error:
@@ -33,25 +33,25 @@ class Sentences(TyperGroup):
             raise typer.Exit(FAILED) from error
 
     def main(self, *arguments: Any, **options: Any) -> Any:
-        """Read the command line and do the command; what is left to be printed is printed, or that is said."""
+        """Parse the command line and run the command; fails where its output can't be written."""
         with prepared_streams():
             try:
-                # Also around the help, which is printed before any command is done.
+                # Around the help too, which is printed before any command runs.
                 with whole_output():
                     return super().main(*arguments, **options)
             except OutputLost as error:
                 _say(str(error), error)
-            except Exception as error:  # nobody is shown a traceback
+            except Exception as error:  # a traceback goes to a file, not to the terminal
                 _say(_unforeseen(error), error)
             sys.exit(FAILED)
 
 
 def exit_code(error: VantageError) -> int:
-    """What a command ends with that one of our own errors ended."""
+    """The exit code of a command that one of our own errors ended."""
     if isinstance(error, Interrupted):
         return STOPPED
     if isinstance(error, HostNotTold):
-        # What was asked for is there; that workers stay is no failure of ours.
+        # The run itself is done; that the host's workers go on is no failure of it.
         return DONE
     return MISUSED if isinstance(error, InvalidConfig | InvalidInput) else FAILED
 
@@ -63,7 +63,7 @@ def _say(words: str, error: BaseException, style: str = "bold red") -> None:
 
 
 def _unforeseen(error: Exception) -> str:
-    """What is said of an error that nobody thought of; its traceback is for whoever mends it."""
+    """The message for an error without a message of its own; its traceback goes to a file, for a bug report."""
     said = f"{type(error).__name__}: {error}"
     report = "".join(traceback.format_exception(error))
     try:
@@ -72,5 +72,5 @@ def _unforeseen(error: Exception) -> str:
         ) as file:
             file.write(report)
     except OSError as refused:
-        return f"{said}; nobody thought of this, and its traceback can't be written down ({reason(refused)})"
-    return f"{said}; nobody thought of this: please report it with the traceback in {file.name}"
+        return f"{said}; this is a bug, and its traceback can't be saved ({reason(refused)})"
+    return f"{said}; this is a bug: please report it with the traceback in {file.name}"

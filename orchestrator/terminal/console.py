@@ -1,4 +1,4 @@
-"""Where commands write to: a terminal that can be redrawn, or plain lines wherever that is not so."""
+"""The consoles that commands write to: a terminal that can be redrawn, otherwise plain lines."""
 
 import errno
 import os
@@ -11,23 +11,23 @@ from rich.console import Console, ConsoleDimensions
 from protocol.system.streams import LastingStream
 
 WIDTH = 80
-"""Columns that everything fits into; a narrower terminal gets lines of this length, and breaks them itself."""
+"""Columns that all output fits into; a narrower terminal gets lines of this length, and wraps them itself."""
 UNBROKEN = 1000
-"""Columns where nobody's terminal is: lines are as long as they are, for programs to search."""
+"""Columns where there is no terminal: lines are not wrapped, so that programs can search them."""
 LEAST_LIVE_WIDTH = 60
 LEAST_LIVE_HEIGHT = 12
-"""Below this the view of a run would be cut."""
+"""A smaller terminal would cut the view of a run."""
 
 _REDRAWN = frozenset(
     {"alacritty", "ansi", "contour", "cygwin", "foot", "ghostty", "gnome", "iterm", "iterm2", "kitty", "konsole"}
     | {"linux", "mintty", "mlterm", "putty", "rxvt", "screen", "st", "tmux", "vt100", "vt102", "vt220", "vte"}
     | {"wezterm", "xterm"}
 )
-"""Families of terminals that move their cursor as we have them do; one that we don't know may be a printer."""
+"""Families of terminals with the cursor movements that we use; an unknown one may be a printer."""
 
 
 class _Console(Console):
-    """A console that says when nobody reads it: Rich's own would end the process without a word."""
+    """A console that raises on a broken pipe: Rich's own ends the process without a message."""
 
     def on_broken_pipe(self) -> None:
         raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
@@ -36,9 +36,9 @@ class _Console(Console):
 def open_console(
     *, stderr: bool = False, soft_wrap: bool = False, environment: Mapping[str, str] = os.environ
 ) -> Console:
-    """A console on stdout, whose writes fail with what the system says, or on stderr, whose writes never fail.
+    """A console on stdout, whose writes fail with the system's error, or on stderr, whose writes never fail.
 
-    It counts as a terminal only where that can be redrawn.
+    It counts as a terminal only if that can be redrawn.
     """
     file = cast(TextIO, LastingStream(sys.stderr)) if stderr else None
     console = _Console(file=file, soft_wrap=soft_wrap)

@@ -1,4 +1,4 @@
-"""What commands print on stdout: all of it arrives, or the command fails with a sentence."""
+"""The output of commands on stdout: all of it arrives, or the command fails with a sentence."""
 
 import sys
 from collections.abc import Generator
@@ -16,19 +16,19 @@ from protocol.text import json_of
 
 
 def show(renderable: RenderableType, *, soft_wrap: bool = False) -> None:
-    """Print for people; errors as `whole_output`."""
+    """Print formatted text; errors as `whole_output`."""
     with whole_output():
         open_console(soft_wrap=soft_wrap).print(renderable)
 
 
 def print_line(text: object) -> None:
-    """Print a line as it is; errors as `whole_output`."""
+    """Print a line unformatted; errors as `whole_output`."""
     with whole_output():
         sys.stdout.write(f"{text}\n")
 
 
 def print_json(value: Struct | tuple[Struct, ...]) -> None:
-    """Print values for programs, in UTF-8 whatever the terminal's encoding; errors as `whole_output`."""
+    """Print values as JSON, in UTF-8 whatever the terminal's encoding; errors as `whole_output`."""
     with whole_output():
         sys.stdout.flush()
         sys.stdout.buffer.write(msgspec.json.format(json_of(value), indent=2) + b"\n")
@@ -36,10 +36,10 @@ def print_json(value: Struct | tuple[Struct, ...]) -> None:
 
 @contextmanager
 def whole_output() -> Generator[None]:
-    """Print inside of this.
+    """Flush stdout after the work inside.
 
     Raises:
-        OutputLost: the system would not take it all.
+        OutputLost: the system did not take all of the output.
     """
     try:
         try:
@@ -48,4 +48,4 @@ def whole_output() -> Generator[None]:
             sys.stdout.flush()
     except OSError as error:
         discard(sys.stdout)
-        raise OutputLost(f"what there is to print can't be written to stdout: {sentence(error)}") from error
+        raise OutputLost(f"the output can't be written to stdout: {sentence(error)}") from error

@@ -16,7 +16,7 @@ import pytest
 
 from orchestrator.run.run_directory import ProcessRecord, RunDirectory
 from orchestrator.supervision.heartbeat import is_alive
-from orchestrator.supervision.process_handle import Foundling, creation_time
+from orchestrator.supervision.process_handle import AdoptedProcess, creation_time
 from protocol.messages import Role
 from protocol.system.process_start import own_start
 from tests.orchestrator.conftest import Command, processes_in
@@ -165,11 +165,11 @@ def record(**more) -> ProcessRecord:
 def test_whoever_is_written_down_with_ticks_is_known_whatever_the_clock_said(monkeypatch):
     ours = record(started=creation_time(os.getpid()) - HOUR, started_at=own_start())
     assert is_alive(ours)
-    foundling = Foundling(psutil.Process())
+    adopted = AdoptedProcess(psutil.Process())
     monkeypatch.setattr(psutil, "boot_time", lambda: 0.0)
     monkeypatch.setattr(time, "time", lambda: HOUR)
     assert is_alive(ours)
-    assert foundling.is_running
+    assert adopted.is_running
 
 
 def test_a_later_process_of_the_number_is_another_though_the_clock_says_the_same():

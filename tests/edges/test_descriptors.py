@@ -114,6 +114,6 @@ def test_a_training_says_so_and_leaves_nobody_behind(tmp_path_factory):
     assert child.returncode == 1
     said, how_to_go_on = err.splitlines()[-2:]
     assert said.startswith("this process can open no more files and sockets")
-    assert how_to_go_on == "go on with the run by 'orchestrator resume one'"
+    assert how_to_go_on == "continue the run by 'orchestrator resume one'"
     assert not RunDirectory(command.folder / "one").is_busy()
     assert processes_in(command.folder) == []

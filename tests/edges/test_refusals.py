@@ -17,12 +17,13 @@ from orchestrator import training
 from orchestrator.cli.app import app
 from orchestrator.doctor import done as checked
 from orchestrator.doctor.machine import check_cache, check_files
-from orchestrator.errors import Interrupted, RunError
+from orchestrator.errors import RunError
 from orchestrator.monitoring.status import run_status
 from orchestrator.run.run_directory import Plan
 from orchestrator.run.run_log import log_directory, run_log
 from perception_worker.networks.models import OPENPOSE_MOBILENET_THIN_5
 from protocol.artifact import cache_directory, require_place
+from protocol.errors import Interrupted
 from protocol.system.home import home_at_hand, home_directory
 
 NOBODYS_NUMBER = "12345"
@@ -87,7 +88,7 @@ class TestReadOnlyMount:
     def test_evaluate_says_what_it_can_not_write(self, command, finished_run, read_only):
         done = command("evaluate", finished_run.path, before=read_only(finished_run.path))
         assert (done.returncode, is_a_sentence(done.stderr)) == (1, True), done.stderr
-        assert b"nothing can be written to" in done.stderr
+        assert b"can't be written to" in done.stderr
         assert b"evaluation.json" in done.stderr
 
     def test_a_run_that_is_not_finished_can_not_be_gone_on_with(self, command, finished_run, read_only):
@@ -136,7 +137,10 @@ class TestNoLocks:
         (tmp_path / "c.toml").write_text(SHORT)
         done = invoke("train", "c.toml", "--run", "one")
         assert (done.exit_code, is_a_sentence(done.stderr)) == (1, True), done.stderr
-        assert "has no locks, and two might work on it at once; take a place on a local disk" in done.stderr
+        assert (
+            "has no locks, and two orchestrators could work on it at once; choose a place on a local disk"
+            in done.stderr
+        )
         assert not (tmp_path / "one").exists()
 
     def test_the_doctor_finds_it(self, tmp_path):
@@ -189,7 +193,7 @@ class TestTracebacks:
             (OSError(errno.ENOSPC, "No space left on device", "runs/one"), "runs/one: No space left on device; free"),
             (OSError(errno.EMFILE, "Too many open files"), "ulimit -n"),
             (MemoryError(), "no memory is left; free some memory"),
-            (KeyError("x"), "nobody thought of this: please report it with the traceback in"),
+            (KeyError("x"), "this is a bug: please report it with the traceback in"),
         ],
     )
     def test_whatever_ends_a_command_is_one_sentence(self, invoke, finished_run, monkeypatch, error, said):

@@ -105,7 +105,7 @@ class Command:
         return child
 
     def alive(self) -> set[int]:
-        """The numbers of all processes that were started in the folder, whoever did it, and still run."""
+        """The ids of all running processes that were started in the folder, by any process."""
         return {process.pid for process in processes_in(self.folder)}
 
     def run(
@@ -127,7 +127,7 @@ def orchestrator(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Command]:
     # Sockets need a short path, which a test's own folder may not have.
     command = Command(tmp_path_factory.mktemp("o"))
     yield command
-    # A killed orchestrator's processes are nobody's children; what they have in common is where they were started.
+    # The processes of a killed orchestrator have no common parent, but were started in the same folder.
     for process in processes_in(command.folder):
         with suppress(psutil.NoSuchProcess):
             process.kill()

@@ -59,7 +59,7 @@ def test_sockets_work_here():
         ("raise SystemExit('no EGL')", False, "no EGL"),
         ("raise FileNotFoundError('bodies are missing')", False, "bodies are missing"),
         ("import os, signal; os.kill(os.getpid(), signal.SIGKILL)", False, "was killed by SIGKILL"),
-        ("pass", True, "no word"),
+        ("pass", True, "no output"),
     ],
 )
 def test_a_probe_passes_by_its_exit_code_and_tells_its_last_line(code, passed, found):

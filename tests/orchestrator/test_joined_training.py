@@ -51,7 +51,7 @@ PATIENCE = 120.0
 
 
 class Site:
-    """A host at an address of its own, and whoever finds it."""
+    """A host at an address of its own, and the processes that register with it."""
 
     def __init__(self, command: Command, rooms: tuple[str, ...] | None = ()) -> None:
         self.command = command
@@ -164,7 +164,7 @@ def test_a_killed_run_goes_on_by_the_same_command_and_its_agent_is_taken_up(site
     run.communicate(timeout=PATIENCE)
     told = report(site.train())
     assert (told["steps"], told["restarts"]) == (600, {})
-    assert f"took agent up, as process {agent}" in site.run.orchestrator_log.read_text()
+    assert f"adopted agent, as process {agent}" in site.run.orchestrator_log.read_text()
     ends_well(host)
     are_dismissed(*workers)
 
@@ -214,7 +214,7 @@ def test_a_host_that_is_gone_for_good_ends_the_run_while_its_agent_can_still_wri
     host.kill()
     host.communicate(timeout=PATIENCE)
     code, _, err = ended(run)
-    assert (code, "is gone for 1 s (timeouts.grace)" in err) == (1, True)
+    assert (code, "has not answered for 1 s (timeouts.grace)" in err) == (1, True)
     summary = site.run.summary()
     assert summary is not None
     assert not summary.complete
@@ -224,10 +224,10 @@ def test_without_a_host_the_wait_says_what_for_and_ends_in_time(site):
     site.configure(startup=1.0)
     code, out, err = ended(site.train())
     assert (code, out) == (1, "")
-    waited = f"a host at {site.address} (nobody answers there: does 'orchestrator host' run?)"
+    waited = f"a host at {site.address} (no answer: does 'orchestrator host' run there?)"
     assert f"waiting for {waited}" in err
     assert f"waited 1 s (timeouts.startup) in vain for {waited}" in err
-    assert f"go on with the run by 'orchestrator resume one --join {site.address}'" in err
+    assert f"continue the run by 'orchestrator resume one --join {site.address}'" in err
 
 
 def test_a_name_that_means_no_machine_is_told(site):

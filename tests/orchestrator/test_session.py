@@ -1,15 +1,15 @@
 import pytest
 
-from orchestrator.errors import HostLost, Interrupted, ProcessFailed
+from orchestrator.errors import HostLost, ProcessFailed
 from orchestrator.monitoring.live_display import Snapshot
 from orchestrator.session import Session
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.heartbeat import Health
 from orchestrator.supervision.supervisor import Supervisor
 from protocol.config import SupervisionConfig
-from protocol.errors import DeadlineExceeded
+from protocol.errors import DeadlineExceeded, Interrupted
 from protocol.messages import Role, WorkerRecord
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 
 
@@ -101,8 +101,8 @@ def test_a_request_to_stop_lets_the_agent_finish(session, fleet, display, stop, 
     assert fleet.processes[0].last_words() == "weights are written"
 
 
-class Others:
-    """Who works elsewhere: nobody, until a number of looks are over."""
+class FewRemoteWorkers:
+    """Remote workers: none, until a number of polls are over."""
 
     def __init__(self, absent: int) -> None:
         self.absent = absent
@@ -128,32 +128,32 @@ class Others:
 
 @pytest.fixture
 def joined_session(fleet, display, stop):
-    def make(others: Others) -> Session:
+    def make(others: FewRemoteWorkers) -> Session:
         return Session(fleet, supervisor, display, stop, remote_workers=others)
 
     with Supervisor(fleet, SupervisionConfig(max_restarts=1), Timeouts(startup=30.0)) as supervisor:
         yield make
 
 
-def test_those_elsewhere_are_waited_for_and_shown(joined_session, display):
-    joined_session(Others(absent=3)).wait_for_others(30.0)
+def test_those_of_a_host_are_waited_for_and_shown(joined_session, display):
+    joined_session(FewRemoteWorkers(absent=3)).wait_for_remote_workers(30.0)
     assert display.snapshots[0].activity == "waiting for a render worker at the host"
     assert [one.name for one in display.snapshots[0].workers] == ["gpu-box"]
 
 
-def test_those_elsewhere_are_not_waited_for_for_ever(joined_session):
+def test_those_of_a_host_are_not_waited_for_for_ever(joined_session):
     with pytest.raises(DeadlineExceeded, match=r"in vain for a render worker at the host \(gpu-box is starting\)"):
-        joined_session(Others(absent=10_000)).wait_for_others(0.1)
+        joined_session(FewRemoteWorkers(absent=10_000)).wait_for_remote_workers(0.1)
 
 
-def test_a_request_to_stop_ends_the_wait_for_others(joined_session, stop):
+def test_a_request_to_stop_ends_the_wait_for_remote_workers(joined_session, stop):
     stop.ask()
     with pytest.raises(Interrupted):
-        joined_session(Others(absent=10_000)).wait_for_others(30.0)
+        joined_session(FewRemoteWorkers(absent=10_000)).wait_for_remote_workers(30.0)
 
 
-def test_what_is_lost_elsewhere_ends_the_agent_s_work(joined_session, python_launch):
-    others = Others(absent=0)
+def test_a_lost_host_ends_the_agent_s_work(joined_session, python_launch):
+    others = FewRemoteWorkers(absent=0)
     others.trouble = HostLost("the host is gone")
     with pytest.raises(HostLost):
         joined_session(others).run(python_launch("import time; time.sleep(600)", "agent", Role.AGENT), "training", done)

@@ -95,11 +95,11 @@ def test_a_training_goes_on_after_any_process_was_stopped_for_good(rehearsal, na
     os.kill(rehearsal.pid(name), signal.SIGSTOP)
     report = finished(child)
     assert (report["steps"], report["restarts"]) == (STEPS, {name: 1})
-    assert "hung (not heard of for 5 s)" in rehearsal.run.restarts()[0].reason
+    assert "hung (silent for 5 s)" in rehearsal.run.restarts()[0].reason
 
 
 @pytest.mark.slow
-def test_an_orchestrator_that_was_stopped_for_a_while_takes_nobody_for_hung(rehearsal):
+def test_an_orchestrator_that_was_stopped_for_a_while_counts_no_process_as_hung(rehearsal):
     child = rehearsal.train(steps=600, liveness=2.0)
     os.kill(child.pid, signal.SIGSTOP)
     here = rehearsal.steps()
@@ -129,7 +129,7 @@ def test_a_killed_orchestrators_processes_are_taken_up_and_brought_to_the_end(re
     assert (report["steps"], report["restarts"]) == (300, {})
     assert {score["policy"] for score in report["evaluation"]["scores"]} == {"trained", "stay"}
     log = (rehearsal.run.orchestrator_log).read_text()
-    assert all(f"took {name} up, as process {pid}" in log for name, pid in before.items())
+    assert all(f"adopted {name}, as process {pid}" in log for name, pid in before.items())
     assert rehearsal.command.alive() == set()
     assert list(rehearsal.command.temporary.iterdir()) == []
 
@@ -143,8 +143,8 @@ def test_what_died_with_the_orchestrator_is_started_and_the_rest_taken_up(rehear
     rehearsal.kill(child)
     assert rehearsal.resume().returncode == 0
     log = rehearsal.run.orchestrator_log.read_text()
-    assert f"took render-0 up, as process {before['render-0']}" in log
-    assert "took agent up" not in log
+    assert f"adopted render-0, as process {before['render-0']}" in log
+    assert "adopted agent" not in log
     assert rehearsal.run.is_finished()
 
 
@@ -155,7 +155,7 @@ def test_an_agent_that_was_never_written_down_is_not_doubled(rehearsal):
     rehearsal.kill(child)
     rehearsal.run.write_processes([one for one in rehearsal.run.processes() if one.name != "agent"])
     resumed = rehearsal.command.start("resume", "one")
-    rehearsal.wait_until(lambda: rehearsal.run.is_busy() and f"took agent up, as process {agent}" in text(rehearsal))
+    rehearsal.wait_until(lambda: rehearsal.run.is_busy() and f"adopted agent, as process {agent}" in text(rehearsal))
     agents = [pid for pid in rehearsal.command.alive() if psutil.Process(pid).cmdline()[3:5] == ["agent", "train"]]
     assert agents == [agent]
     _, err = resumed.communicate(timeout=PATIENCE)
@@ -176,7 +176,7 @@ def test_processes_without_an_orchestrator_end_by_themselves_and_the_run_goes_on
     assert summary is not None
     assert not summary.complete
     said = rehearsal.command.run("status", "one").stdout
-    assert "it has not come to its end: go on with it by 'orchestrator resume one'" in said
+    assert "it is not finished: continue it by 'orchestrator resume one'" in said
     done = rehearsal.resume()
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["steps"] == 600
@@ -213,7 +213,7 @@ def test_a_training_that_was_stopped_on_request_can_be_resumed(rehearsal):
 def test_ctrl_c_ends_processes_that_were_taken_up_as_well(rehearsal):
     rehearsal.kill(rehearsal.train(steps=100_000))
     resumed = rehearsal.command.start("resume", "one", "--json")
-    rehearsal.wait_until(lambda: rehearsal.run.is_busy() and "took agent up" in text(rehearsal))
+    rehearsal.wait_until(lambda: rehearsal.run.is_busy() and "adopted agent" in text(rehearsal))
     os.kill(resumed.pid, signal.SIGINT)
     out, err = resumed.communicate(timeout=PATIENCE)
     assert resumed.returncode == 130, err
@@ -222,13 +222,13 @@ def test_ctrl_c_ends_processes_that_were_taken_up_as_well(rehearsal):
 
 
 @pytest.mark.slow
-def test_ctrl_c_ends_what_was_left_behind_even_before_the_workers_are_ready(rehearsal):
+def test_ctrl_c_ends_orphans_even_before_the_workers_are_ready(rehearsal):
     child = rehearsal.train(steps=100_000)
     rehearsal.kill(child)
     # Not before: the system ends a stopped process that becomes an orphan (SIGHUP).
     os.kill(rehearsal.pid("render-0"), signal.SIGSTOP)
     resumed = rehearsal.command.start("resume", "one")
-    rehearsal.wait_until(lambda: rehearsal.run.is_busy() and "took render-0 up" in text(rehearsal))
+    rehearsal.wait_until(lambda: rehearsal.run.is_busy() and "adopted render-0" in text(rehearsal))
     os.kill(resumed.pid, signal.SIGINT)
     _, err = resumed.communicate(timeout=PATIENCE)
     assert resumed.returncode == 130, err
@@ -249,7 +249,7 @@ def test_an_evaluation_is_flown_to_its_end_whatever_is_killed_in_it(rehearsal):
     report = json.loads(done.stdout)
     assert (report["steps"], report["restarts"]) == (20, {"evaluation": 1})
     assert [score["episodes"] for score in report["evaluation"]["scores"]] == [200, 200]
-    assert f"took evaluation up, as process {evaluation}" in text(rehearsal)
+    assert f"adopted evaluation, as process {evaluation}" in text(rehearsal)
     assert text(rehearsal).count("started agent") == 1
 
 
@@ -279,7 +279,7 @@ def test_a_run_has_one_orchestrator_and_an_abandoned_training_no_evaluation(rehe
     rehearsal.kill(child)
     refused = rehearsal.command.run("evaluate", "one")
     assert refused.returncode == 1
-    assert "the training of one goes on without its orchestrator; take it up by 'orchestrator resume one'" in (
+    assert "the training of one continues without an orchestrator; take it over by 'orchestrator resume one'" in (
         refused.stderr
     )
     assert psutil.pid_exists(rehearsal.pid("agent"))
@@ -295,6 +295,6 @@ def test_a_process_that_fails_for_ever_ends_the_run_with_its_words(rehearsal):
     assert done.returncode == 1
     said, then = done.stderr.splitlines()[-2:]
     assert said.startswith("render-0 was killed by SIGABRT: out of paint (log: one/logs/render-0.jsonl)")
-    assert said.endswith("it was started again 2 times within 60 s already")
-    assert then == "go on with the run by 'orchestrator resume one'"
+    assert said.endswith("it was restarted 2 times within 60 s already")
+    assert then == "continue the run by 'orchestrator resume one'"
     assert rehearsal.command.alive() == set()

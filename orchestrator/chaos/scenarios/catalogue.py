@@ -1,4 +1,4 @@
-"""Every fault that is rehearsed, by name."""
+"""Every fault class, by name."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -16,11 +16,11 @@ from protocol.errors import InvalidInput
 from protocol.messages import Role
 
 MakeScenario: TypeAlias = Callable[[float], Scenario]
-"""Makes one from a number in [0, 1), for what it leaves to chance."""
+"""Makes a scenario from a number in [0, 1), for its random choices."""
 
 
 def catalogue() -> dict[str, MakeScenario]:
-    """All scenarios that this machine can play."""
+    """All scenarios that are possible on this machine."""
     hurt = (Role.RENDER, Role.PERCEPTION, Role.AGENT)
     made: dict[str, MakeScenario] = {f"kill-{role.value}": partial(KillProcess, role) for role in hurt}
     made |= {"kill-orchestrator": KillOrchestrator}
@@ -39,10 +39,10 @@ def catalogue() -> dict[str, MakeScenario]:
 
 
 def chosen(names: tuple[str, ...]) -> Mapping[str, MakeScenario]:
-    """The scenarios of these names, or all where none is named.
+    """The scenarios of these names, or all without any name.
 
     Raises:
-        InvalidInput: there is none of that name.
+        InvalidInput: there is no scenario of a name.
     """
     known = catalogue()
     for name in names:

@@ -1,4 +1,4 @@
-"""Who works on a run: what `workers.json` tells, checked against the system's own processes."""
+"""The processes of a run: those in `workers.json` that the system says are running."""
 
 import contextlib
 import os
@@ -13,41 +13,41 @@ from protocol.messages import Role
 from protocol.system.process_start import ProcessStart
 
 MARK = "VANTAGE_REHEARSAL"
-"""A variable in the environment of every process of a rehearsal, by which all of them are found in the end."""
+"""An environment variable of every process of a rehearsal, by which all of them are found at the end."""
 
 
 class Children:
-    """The processes that the orchestrator has started for a run; it itself is not one of them."""
+    """The processes that the orchestrator has started for a run."""
 
     def __init__(self, run: RunDirectory) -> None:
         self._run = run
         self._seen: dict[str, set[tuple[int, ProcessStart | float]]] = {}
 
     def alive(self, role: Role | None = None) -> tuple[ProcessRecord, ...]:
-        """Those that run now, of one role or of all."""
+        """The running processes, of one role or of all."""
         return tuple(record for record in self._read() if role in (None, record.role) and is_alive(record))
 
     @property
     def restarts(self) -> dict[str, int]:
-        """How often each was started again, as far as was seen."""
+        """How often each was restarted, as far as the polls have seen."""
         return {name: len(processes) - 1 for name, processes in sorted(self._seen.items())}
 
     def _read(self) -> tuple[ProcessRecord, ...]:
         records = self._run.processes()
         for record in records:
-            self._seen.setdefault(record.name, set()).add(record.life)
+            self._seen.setdefault(record.name, set()).add(record.identity)
         return records
 
 
 def send(record: ProcessRecord, number: signal.Signals) -> None:
-    """Send a signal to the very process that was recorded; nothing where it is gone."""
+    """Send a signal to the recorded process, unless it has ended."""
     if is_alive(record):
         with contextlib.suppress(ProcessLookupError):
             os.kill(record.pid, number)
 
 
 def marked(mark: str) -> Iterator[psutil.Process]:
-    """Every process that carries the mark in its environment."""
+    """Every process with the mark in its environment."""
     for process in psutil.process_iter():
         with contextlib.suppress(psutil.Error, OSError):
             if process.pid != os.getpid() and process.environ().get(MARK) == mark:
@@ -55,7 +55,7 @@ def marked(mark: str) -> Iterator[psutil.Process]:
 
 
 def end(processes: Iterable[psutil.Process], patience: float) -> None:
-    """Kill processes, stopped ones too, and wait until they are gone."""
+    """Kill processes, stopped ones too, and wait for their end."""
     ending = list(processes)
     for process in ending:
         with contextlib.suppress(psutil.Error):

@@ -1,4 +1,4 @@
-"""Somebody at a worker's socket who does not speak its language: with ZeroMQ, and with bare bytes."""
+"""An intruder at a worker's socket: sends garbage and oversized messages by ZeroMQ, and bytes by a bare socket."""
 
 import contextlib
 import random
@@ -12,7 +12,7 @@ from protocol.limits import DEFAULT_LIMITS, MIB
 from protocol.transport.address import ipc_path
 
 PATIENCE = 0.2
-"""Seconds of silence after which nothing more is expected of the other side."""
+"""Seconds to wait for bytes of the other side."""
 LINGER_MS = 5000
 GREETING = b"\xff" + bytes(8) + b"\x7f" + bytes((3, 1)) + b"NULL".ljust(20, b"\0") + bytes(32)
 """How a ZMTP 3.1 connection without keys begins."""
@@ -24,7 +24,7 @@ PRELUDE = struct.pack("<HH", 1, 18)
 
 
 def garbage_messages(rng: random.Random) -> Iterator[list[bytes]]:
-    """Multiparts that are no messages: empty, too short, random, and right but for a part."""
+    """Multiparts that are not messages: empty, too short, random, and valid except for one part."""
     yield [b""]
     yield [PRELUDE]
     yield [b"", b"", b""]
@@ -43,7 +43,7 @@ def oversized_messages() -> Iterator[list[bytes]]:
 
 
 def garbage_talks(rng: random.Random) -> Iterator[tuple[bytes, ...]]:
-    """What a stranger may say to the bare socket, piece by piece: nothing we know, and handshakes that go wrong."""
+    """Bytes for the bare socket, piece by piece: no known protocol, and handshakes that go wrong."""
     yield (rng.randbytes(4096),)
     yield (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n",)
     yield (GREETING[:20],)
@@ -57,7 +57,7 @@ def oversized_talks() -> Iterator[tuple[bytes, ...]]:
 
 
 def send_messages(address: str, messages: Iterator[list[bytes]]) -> None:
-    """Each message on a connection of its own, since the other side may end it; nobody listens for answers."""
+    """Send each message on a connection of its own, since the other side may close it; replies are not read."""
     with zmq.Context() as context:
         for message in messages:
             with context.socket(zmq.DEALER) as dealer:
@@ -67,27 +67,27 @@ def send_messages(address: str, messages: Iterator[list[bytes]]) -> None:
 
 
 def talk(address: str, talks: Iterator[tuple[bytes, ...]]) -> None:
-    """Each on a connection of its own; between two pieces the other side may answer, or hang up."""
+    """Send each on a connection of its own; between two pieces the other side may answer, or close the connection."""
     for pieces in talks:
-        with contextlib.suppress(OSError), _connected(address) as stranger:
+        with contextlib.suppress(OSError), _connected(address) as intruder:
             for piece in pieces:
-                stranger.sendall(piece)
-                _listen(stranger)
+                intruder.sendall(piece)
+                _listen(intruder)
 
 
-def _listen(stranger: socket.socket) -> None:
-    # ZeroMQ ends a connection on which a message comes before it has said itself that it is ready.
+def _listen(intruder: socket.socket) -> None:
+    # ZeroMQ closes a connection on which a message comes before its own READY.
     with contextlib.suppress(TimeoutError):
-        while stranger.recv(4096):
+        while intruder.recv(4096):
             continue
 
 
 def _connected(address: str) -> socket.socket:
     path = ipc_path(address)
     if path is not None:
-        stranger = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        stranger.settimeout(PATIENCE)
-        stranger.connect(str(path))
-        return stranger
+        intruder = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        intruder.settimeout(PATIENCE)
+        intruder.connect(str(path))
+        return intruder
     host, _, port = address.removeprefix("tcp://").rpartition(":")
     return socket.create_connection((host.strip("[]"), int(port)), timeout=PATIENCE)

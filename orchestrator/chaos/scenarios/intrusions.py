@@ -1,4 +1,4 @@
-"""Strangers at every socket of a run."""
+"""Intruders at every socket of a run."""
 
 import random
 from collections.abc import Callable
@@ -20,46 +20,46 @@ from orchestrator.run.run_directory import ProcessRecord
 
 
 class Intrusion(Scenario):
-    """A stranger comes to every socket, the orchestrator's included.
+    """An intruder connects to every socket, the orchestrator's included.
 
-    Setup: each answers pings.
-    Fault: the stranger says at each what is no message.
-    Recovery: each answers, and has counted what it could not read.
+    Setup: every server answers pings.
+    Fault: the intruder sends each of them malformed messages.
+    Recovery: each answers pings, and has counted the malformed messages.
     Invariant: all are the same processes.
 
     Args:
-        intrude: what happens at an address.
+        intrude: attacks the server at an address.
     """
 
     def __init__(self, intrude: Callable[[str], None]) -> None:
         self._intrude = intrude
 
     def setup(self, run: RehearsedRun) -> None:
-        """Note who is there, and how many bad messages each had until now."""
+        """Note the processes, and the malformed messages that each has counted."""
         self._all = run.children.alive()
         run.wait(lambda: all(ping(process) for process in serving(run)), "every socket answered")
         self._malformed = {process.name: _malformed(process) for process in serving(run)}
 
     def fault(self, run: RehearsedRun) -> float:
-        """Go to each socket."""
+        """Attack each socket."""
         begun = run.now()
         for process in serving(run):
             self._intrude(str(process.address))
         return begun
 
     def recovered(self, run: RehearsedRun) -> bool:
-        """Whether all answer, and have counted what came."""
+        """Whether all servers answer, and have counted malformed messages."""
         return all(_malformed(process) > self._malformed[process.name] for process in serving(run))
 
     def invariant(self, run: RehearsedRun) -> None:
-        """What can't be read ends nobody."""
-        require_unhurt(self._all, by="what a stranger sent")
+        """Malformed messages end no process."""
+        require_unhurt(self._all, by="an intruder's messages")
         if run.orchestrator_pid is None:
-            raise InvariantBroken("the orchestrator did not outlive what a stranger sent")
+            raise InvariantBroken("the orchestrator did not survive an intruder's messages")
 
 
 def garbage(chance: float) -> Intrusion:
-    """Bytes and messages that mean nothing."""
+    """An intrusion by random bytes and malformed messages."""
     rng = random.Random(chance)
 
     def intrude(address: str) -> None:
@@ -70,7 +70,7 @@ def garbage(chance: float) -> Intrusion:
 
 
 def oversized(_chance: float) -> Intrusion:
-    """Messages larger than anyone takes."""
+    """An intrusion by messages beyond every limit."""
 
     def intrude(address: str) -> None:
         send_messages(address, oversized_messages())
@@ -80,7 +80,7 @@ def oversized(_chance: float) -> Intrusion:
 
 
 def serving(run: RehearsedRun) -> tuple[ProcessRecord, ...]:
-    """Whoever has a socket, the orchestrator included."""
+    """The processes that serve, the orchestrator included."""
     return (*(process for process in run.children.alive() if process.address), run.orchestrator_record())
 
 

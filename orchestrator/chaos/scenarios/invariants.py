@@ -1,4 +1,4 @@
-"""What has to hold after a fault, beside what the comparison of whole runs shows."""
+"""Invariants after a fault, besides the comparison of whole runs."""
 
 from collections.abc import Sequence
 
@@ -8,21 +8,21 @@ from orchestrator.supervision.heartbeat import is_alive
 
 
 def require_unhurt(processes: Sequence[ProcessRecord], by: str) -> None:
-    """The very processes that ran before run still.
+    """Check that the same processes run as before.
 
     Raises:
-        InvariantBroken: one of them is gone, whether it was replaced or not.
+        InvariantBroken: one of them has ended.
     """
     gone = [process.name for process in processes if not is_alive(process)]
     if gone:
-        raise InvariantBroken(f"{', '.join(gone)} did not outlive {by}")
+        raise InvariantBroken(f"{', '.join(gone)} did not survive {by}")
 
 
 def require_gone(process: ProcessRecord) -> None:
-    """A process that was replaced is not left behind.
+    """Check that a process that was replaced has ended.
 
     Raises:
-        InvariantBroken: it is still there.
+        InvariantBroken: it still runs.
     """
     if is_alive(process):
-        raise InvariantBroken(f"{process.name} was replaced, and its first process {process.pid} is still there")
+        raise InvariantBroken(f"{process.name} was replaced, but its first process {process.pid} still runs")

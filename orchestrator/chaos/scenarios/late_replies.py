@@ -1,4 +1,4 @@
-"""A reply that comes when its caller has given up: it must not be taken for the next one's."""
+"""A reply after its deadline, which must not be taken for the reply to a later request."""
 
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.chaos.scenarios.invariants import require_unhurt
@@ -11,12 +11,12 @@ OVERDUE = 2.0
 
 
 class LateReply(Scenario):
-    """A worker answers too late.
+    """A worker answers after the deadline.
 
     Setup: workers of the role run.
-    Fault: one of them holds a reply back until the call's deadline has passed.
-    Recovery: the training goes on.
-    Invariant: the worker, which was slow and did not hang, still runs.
+    Fault: one of them delays a reply until the call's deadline has passed.
+    Recovery: the training continues.
+    Invariant: the worker still runs, since it was slow and did not hang.
     """
 
     def __init__(self, role: Role) -> None:
@@ -24,7 +24,7 @@ class LateReply(Scenario):
         self._place = f"reply-{role.value}"
 
     def setup(self, run: RehearsedRun) -> None:
-        """Note who is there, and have the next reply held back."""
+        """Note the workers, and order the delay of the next reply."""
         self._workers = run.children.alive(self._role)
         run.failpoints.order(self._place, f"wait {run.timeouts.call + OVERDUE:g}")
 
@@ -33,5 +33,5 @@ class LateReply(Scenario):
         return carried_out(run, self._place)
 
     def invariant(self, run: RehearsedRun) -> None:
-        """Being late is no reason to be killed."""
+        """A late reply does not cause a kill."""
         require_unhurt(self._workers, by="a late reply")

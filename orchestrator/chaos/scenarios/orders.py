@@ -1,16 +1,16 @@
-"""Orders to failpoints, waited for while we watch the run."""
+"""Waits for orders to failpoints, while the run is polled."""
 
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 
 
 def carried_out(run: RehearsedRun, place: str) -> float:
-    """Wait until a process was at the place that something was ordered for, and return when it was.
+    """Wait until a process has reached a failpoint with an order; returns the time.
 
     Raises:
-        RunEnded: nobody got there any more.
+        RunEnded: the run ended before.
     """
     try:
-        run.wait(lambda: not run.failpoints.is_pending(place), f"anyone came to {place}")
+        run.wait(lambda: not run.failpoints.is_pending(place), f"a process reached {place}")
     finally:
         run.failpoints.cancel(place)
     return run.now()

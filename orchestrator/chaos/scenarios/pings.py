@@ -1,4 +1,4 @@
-"""A process's own word, asked for once."""
+"""One ping to a process."""
 
 from contextlib import closing
 
@@ -8,16 +8,16 @@ from protocol.errors import VantageError
 from protocol.messages import Ping, Pong, Role
 
 PATIENCE = 2.0
-"""Seconds; whoever asks asks again."""
+"""Seconds; callers ping again."""
 
 
 def answers(process: ProcessRecord) -> bool:
-    """Whether whoever serves at the process's address answers pings, though perhaps not ready yet."""
+    """Whether a server at the process's address answers pings; it need not be ready."""
     return ping(process) is not None
 
 
 def ping(process: ProcessRecord) -> Pong | None:
-    """What it says; None where it does not answer, or serves nothing."""
+    """The answer of the process; None where it does not answer, or serves nothing."""
     if not process.address:
         return None
     with closing(Client(process.address, role=Role.ORCHESTRATOR, serves=process.role)) as client:

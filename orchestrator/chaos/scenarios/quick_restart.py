@@ -1,4 +1,4 @@
-"""A worker that is replaced between two pings: by pings alone nobody would notice that what it held is lost."""
+"""A worker that is replaced between two pings, so that pings alone do not reveal that its requests are lost."""
 
 import signal
 import time
@@ -13,16 +13,16 @@ from orchestrator.run.run_directory import ProcessRecord
 from protocol.messages import Role
 
 TRIES = 3
-"""A busy machine may take longer than a ping interval to start a process; then it is done once more."""
+"""A busy machine may take longer than a ping interval to start a process; then the fault is repeated."""
 
 
 class RestartWithinAPing(Scenario):
-    """A worker is replaced before anyone could miss it.
+    """A worker is replaced before its next ping.
 
     Setup: workers and an agent run.
     Fault: a worker is killed, and its successor answers at the same address before the next ping was due.
-    Recovery: the training goes on.
-    Invariant: it was that quick, and nobody else was replaced.
+    Recovery: the training continues.
+    Invariant: the replacement was that quick, and no other process was replaced.
     """
 
     def __init__(self, role: Role, chance: float) -> None:
@@ -31,12 +31,12 @@ class RestartWithinAPing(Scenario):
         self._absence = 0.0
 
     def setup(self, run: RehearsedRun) -> None:
-        """Note who else is there."""
+        """Note the other processes."""
         run.member(self._role, self._chance)
         self._others = tuple(process for process in run.children.alive() if process.role is not self._role)
 
     def fault(self, run: RehearsedRun) -> float:
-        """Kill it, again if its successor was not quick enough."""
+        """Kill the worker, and again if its successor was not quick enough."""
         killed = run.now()
         for _ in range(TRIES):
             victim = run.member(self._role, self._chance)
@@ -46,7 +46,7 @@ class RestartWithinAPing(Scenario):
         return killed
 
     def invariant(self, run: RehearsedRun) -> None:
-        """Only so is it the case that is meant."""
+        """The successor answered within a ping interval, and no other process was replaced."""
         require_unhurt(self._others, by=f"the quick restart of a {self._role.value} worker")
         if self._absence > run.timeouts.heartbeat:
             raise InvariantBroken(

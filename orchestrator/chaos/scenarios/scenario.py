@@ -1,4 +1,4 @@
-"""What a fault is: Setup → Fault → Recovery → Invariant, each a method; a scenario is played once."""
+"""A fault scenario: Setup → Fault → Recovery → Invariant, each a method; an instance is used once."""
 
 from abc import ABC, abstractmethod
 
@@ -8,29 +8,29 @@ from orchestrator.chaos.rehearsed_run import RehearsedRun
 class Scenario(ABC):
     """One fault that happens to a run once.
 
-    In a rehearsal the training waits at a step during `setup`, and goes on before `fault`. Beside what a scenario
-    itself asks for, the run has recovered when its training has gone beyond the step that it had reached at the fault.
+    In a rehearsal the training waits at a step during `setup`, and continues before `fault`. The run has recovered when
+    `recovered` is true and its training has passed the step that it had reached at the fault.
     """
 
     @abstractmethod
     def setup(self, run: RehearsedRun) -> None:
-        """Note what the run is like before, and prepare the fault.
+        """Note the state of the run, and prepare the fault.
 
-        A fault that waits for the training to get somewhere gives its orders here: later, it may have passed there.
+        A fault at a failpoint gives its order here: later, the training may have passed the failpoint.
         """
 
     @abstractmethod
     def fault(self, run: RehearsedRun) -> float:
-        """Do it, and return when it was done, by `RehearsedRun.now`.
+        """Cause the fault; returns its time, by `RehearsedRun.now`.
 
         Raises:
-            RunEnded: the run was over before it could happen.
+            RunEnded: the run ended before the fault could happen.
         """
 
     def recovered(self, run: RehearsedRun) -> bool:
-        """Whether what was hit is there again."""
+        """Whether the affected processes run again."""
         return True
 
     @abstractmethod
     def invariant(self, run: RehearsedRun) -> None:
-        """Raise `InvariantBroken` if something is otherwise than it has to be after the recovery."""
+        """Raise `InvariantBroken` if an invariant does not hold after the recovery."""

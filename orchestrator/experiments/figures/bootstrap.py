@@ -33,9 +33,9 @@ def people_of(identities: AnyArray) -> IntArray:
 
 
 def samples_of_people(people: int, resamples: int = RESAMPLES) -> IntArray:
-    """(1 + resamples, people) how often each person is in each sample; the first has everybody once."""
+    """(1 + resamples, people) how often each person is in each sample; in the first, each person is once."""
     if people < 1:
-        raise InvalidInput("there is nobody to compute figures of")
+        raise InvalidInput("there are no people to compute figures of")
     drawn = np.random.default_rng(_SEED).multinomial(people, np.full(people, 1 / people), size=resamples)
     return np.concatenate([np.ones((1, people), np.int64), drawn])
 

@@ -1,4 +1,4 @@
-"""The table of an experiment: its columns, and the rows that one observation comes to.
+"""The table of an experiment: its columns, and the rows of one observation.
 
 One row for each joint of each frame. Lengths are metres in the world frame (z up), NaN where there is none; qualities
 are in [0, 1], 1 is best, 0 where a joint was not detected.

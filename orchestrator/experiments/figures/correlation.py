@@ -1,4 +1,4 @@
-"""How well an uncertainty foretells an error: correlations and the area under the ROC curve, in many samples of people.
+"""How well an uncertainty predicts an error: correlations and the area under the ROC curve, in many samples of people.
 
 Every function takes (n,) values, the (n,) person that each is of, and samples as of `bootstrap.samples_of_people`, and
 gives a value for each sample: NaN where it is not defined. All of them are exact, ranks included: a rank in a sample is

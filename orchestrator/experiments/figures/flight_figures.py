@@ -1,4 +1,4 @@
-"""What the flights come to: the filter's posterior as an uncertainty, beside those of a single frame.
+"""The figures of the flights: the filter's posterior as an uncertainty, beside those of a single frame.
 
 All of them are compared on the same joints, those located in the frame (of a learned lifter, those detected as well);
 the posterior besides on every joint that the filter has ever seen, which is where it says something that a frame can't.

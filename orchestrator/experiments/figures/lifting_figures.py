@@ -1,4 +1,4 @@
-"""What a learned lifter comes to: where it places joints that were seen and joints that were not, and how sure it is.
+"""The figures of a learned lifter: the error of seen and unseen joints, and the uncertainty that it reports.
 
 Ways of lifting by the surface stand beside it on the same frames, each over those of the seen joints that it located.
 """

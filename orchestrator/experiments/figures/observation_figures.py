@@ -1,4 +1,4 @@
-"""What an experiment's table comes to: correlations, coverage and errors, each with its interval over people."""
+"""The figures of an experiment's table: correlations, coverage and errors, each with its interval over people."""
 
 from collections.abc import Iterator, Mapping
 
@@ -27,7 +27,7 @@ FAR_OFF = 0.3
 
 
 class Score(Struct, frozen=True, kw_only=True):
-    """How well one uncertainty foretells the error, in one band of distances.
+    """How well one uncertainty predicts the error, in one band of distances.
 
     Attributes:
         frames, joints: how many with a located joint, and how many located joints.
@@ -163,7 +163,7 @@ def errors(samples: Mapping[str, Sample]) -> Iterator[JointError]:
 
 
 def words(joint: Joint) -> str:
-    """A joint's name for people."""
+    """A joint's name for display."""
     return joint.name.lower().replace("_", " ")
 
 
@@ -195,13 +195,13 @@ def _coverage(noise: str, band: str, joint: str, sample: Sample, joints: slice) 
 def _joint_error(noise: str, lifting: str, joint: str, sample: Sample, error: Float64Array) -> JointError:
     located = np.isfinite(error)
     person, drawn = sample.people()
-    everybody = np.broadcast_to(person[:, None], error.shape)
-    owner, error = everybody[located], error[located]
+    people = np.broadcast_to(person[:, None], error.shape)
+    owner, error = people[located], error[located]
     return JointError(
         noise=noise,
         lifting=lifting,
         joint=joint,
-        located=figure(mean(located.ravel(), everybody.ravel(), drawn)),
+        located=figure(mean(located.ravel(), people.ravel(), drawn)),
         mean=figure(mean(error, owner, drawn)),
         median=figure(quantile(error, 0.5, owner, drawn)),
         p90=figure(quantile(error, 0.9, owner, drawn)),

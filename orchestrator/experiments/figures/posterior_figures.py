@@ -1,4 +1,4 @@
-"""Whether a filter's posterior means what it says: errors within its deviation, and joints within its 90% radius."""
+"""The calibration of a filter's posterior: errors within its deviation, and joints within its 90% radius."""
 
 from collections.abc import Iterator, Mapping
 

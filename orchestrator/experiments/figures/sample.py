@@ -1,4 +1,4 @@
-"""What an experiment measured, as arrays of frames by joints, and the uncertainties that are compared on it."""
+"""The measurements of an experiment as arrays of frames by joints, and the uncertainties to compare on them."""
 
 from collections.abc import Mapping, Sequence
 
@@ -20,7 +20,7 @@ WRONG, WRONG_OF_LEARNED = 0.15, 0.10
 the second."""
 
 LEARNED = "learned"
-"""The configured lifting of a worker whose lifter places all joints of whoever is found."""
+"""The configured lifting of a worker with a learned lifter, which locates all joints of a person."""
 
 BANDS: Mapping[str, tuple[float, float]] = {
     "all": (0.0, np.inf),
@@ -71,7 +71,7 @@ class Sample(Struct, frozen=True, eq=False):
         return WRONG_OF_LEARNED if self.learned else WRONG
 
     def people(self) -> tuple[IntArray, IntArray]:
-        """(frames,) who is in each frame, and samples of these people."""
+        """(frames,) the person of each frame, and samples of these people."""
         person = people_of(self["identity"])
         return person, samples_of_people(int(person.max()) + 1)
 
@@ -146,9 +146,9 @@ def _names(table: pa.Table, column: str) -> AnyArray:
 
 
 def uncertainties(sample: Sample) -> dict[str, Estimates]:
-    """All that is compared: the seed's quality under each lifting, its components, and what a calibrated worker tells.
+    """All that is compared: the thesis's quality under each lifting, its components, and calibrated uncertainties.
 
-    Components and quality are taken as 1 - quality, and a missing joint has 1. Components go with the seed's lifting.
+    Components and quality are taken as 1 - quality, and a missing joint has 1. Components go with the thesis's lifting.
     Expected error and radius go with the configured lifting; a missing joint counts as `LARGEST_ERROR`. Those that a
     learned lifter inferred are not located.
     """

@@ -28,7 +28,7 @@ that is to hold a joint with probability 0.9. *Settled*: mean error of the filte
 
 
 def flight_sections(figures: FlightFigures) -> Iterator[str]:
-    """All of them."""
+    """The sections of the flights' figures."""
     yield "## The filter's posterior along flights\n"
     wrong = figures.scores[0].wrong
     introduction = _INTRODUCTION.format(

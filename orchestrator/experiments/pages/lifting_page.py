@@ -13,7 +13,7 @@ brackets. Mean errors and median radii, m; *coverage*: share within the radius t
 
 
 def lifting_sections(lifted: Sequence[LiftedJoints]) -> Iterator[str]:
-    """All of them."""
+    """The sections of a learned lifter's figures."""
     yield "## The learned lifter\n"
     yield _INTRODUCTION
     for noise in dict.fromkeys(one.noise for one in lifted):

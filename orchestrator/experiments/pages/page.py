@@ -1,4 +1,4 @@
-"""An experiment's figures as a page for people, in Markdown."""
+"""An experiment's figures as a page in Markdown."""
 
 from collections.abc import Iterator, Sequence
 
@@ -20,15 +20,15 @@ Each figure has its 95% interval by bootstrap over people (1000 resamples).
   the others.
 - *Clipped*: no joint's error counts as more than 1 m. *Joint*: over single located joints. *AUROC*: of an error above
   0.15 m.
-- *Quality* is taken as 1 − quality, with errors under the lifting that is named. A component alone goes with the seed's
-  mean.
+- *Quality* is taken as 1 − quality, with errors under the lifting that is named. A component alone goes with the mean
+  lifting of the thesis.
 """
 _CALIBRATED = """\
 - *Expected error* and *radius* are the calibrated worker's, under its own lifting ({lifting}); in *all*, a missing
   joint counts as 1 m.
 """
 _LEARNED = f"""\
-- *Expected error* and *radius* are the learned lifter's, which locates all joints of whoever is found. For them,
+- *Expected error* and *radius* are the learned lifter's, which locates all joints of every person found. For them,
   *located* are the joints that were seen, which is detected as well; in *all*, those that were inferred have their own
   estimate and uncertainty. Their AUROC is of an error above {WRONG_OF_LEARNED:.2f} m.
 """
@@ -40,16 +40,16 @@ PLOTS = {
     "joint-errors": "Mean error of each joint by each lifting",
     "flights": "The filter's posterior and the errors along flights",
 }
-"""What each plot shows."""
+"""The caption of each plot."""
 
 
 def page(
     figures: QoeFigures, targets: Sequence[Target], flights: FlightFigures | None = None, plots: str = "plots/"
 ) -> str:
-    """All of it.
+    """The whole page.
 
     Args:
-        plots: what comes before a plot's name, to link to it.
+        plots: the prefix of links to plots.
     """
     return "\n".join(_sections(figures, targets, flights, plots))
 

@@ -1,1 +1,1 @@
-"""What an experiment's figures are held to."""
+"""Targets for an experiment's figures."""

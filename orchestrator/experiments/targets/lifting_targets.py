@@ -1,4 +1,4 @@
-"""What a learned lifter is held against: where it places joints, and how much its radius is worth."""
+"""Targets for a learned lifter: the error of its joints, and the coverage of its radius."""
 
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -19,7 +19,7 @@ LEAST_CORRELATION, LEAST_AUROC = 0.70, 0.85
 
 
 def lifting_targets(figures: QoeFigures) -> Iterator[Target]:
-    """Those of families where the people are in such poses, else all others."""
+    """The targets for families of poses if the people are in these, otherwise all other targets."""
     if figures.poses == "families":
         yield from _of_families(figures)
         return
@@ -67,7 +67,7 @@ def _of_families(figures: QoeFigures) -> Iterator[Target]:
 
 
 def _worst_error(figures: QoeFigures, words: str, groups: Iterable[str], most: float) -> Iterator[Target]:
-    """Of the seen joints of that group which has the greatest."""
+    """The greatest error of seen joints among the groups."""
     if found := _chosen(figures, NOISE, groups, "seen"):
         worst = max(found, key=_error)
         words = f"the greatest mean error of {words}, m: seen joints ({worst.group})"
@@ -75,14 +75,14 @@ def _worst_error(figures: QoeFigures, words: str, groups: Iterable[str], most: f
 
 
 def _least_coverage(figures: QoeFigures, words: str, groups: Iterable[str], low: float) -> Iterator[Target]:
-    """Of all joints of that group which has the least."""
+    """The least coverage of all joints among the groups."""
     if found := _chosen(figures, NOISE, groups, "all"):
         least = min(found, key=_held)
         yield Target(words=f"the least coverage of {words} ({least.group})", value=least.coverage.value, low=low)
 
 
 def _chosen(figures: QoeFigures, noise: str, groups: Iterable[str], sort: str) -> list[LiftedJoints]:
-    """Those that have any joint."""
+    """The figures of these groups, of groups with any joint."""
     wanted = set(groups)
     own = [one for one in figures.lifted if (one.noise, one.sort) == (noise, sort) and one.joints]
     return [one for one in own if one.group in wanted]

@@ -1,6 +1,6 @@
-"""What the figures are held against: the seed's claim as we read it, and what a calibrated uncertainty has to reach.
+"""Targets for the thesis's quality, as we read its claim, and for a calibrated uncertainty.
 
-A learned lifter has to reach more, and places in space besides: see `lifting_targets`.
+A learned lifter has other targets, also for its joints in space: see `lifting_targets`.
 """
 
 from collections.abc import Iterator
@@ -9,16 +9,20 @@ from orchestrator.experiments.figures.observation_figures import Coverage, QoeFi
 from orchestrator.experiments.targets.lifting_targets import lifting_targets
 from orchestrator.experiments.targets.target import NOISE, Target
 
-SEED, CALIBRATED = "quality, mean", "expected error"
+THESIS, CALIBRATED = "quality, mean", "expected error"
 
 
 def targets(figures: QoeFigures) -> Iterator[Target]:
-    """Those of the seed's quality, and those of the learned lifter or of the calibration where there is one."""
-    if (seed := _score(figures, SEED, "all")) is not None:
-        yield Target(words="seed's quality: ρ of frames, all joints, clipped", value=seed.all_clipped.value, low=0.60)
-    if (near := _score(figures, SEED, "under 3 m")) is not None:
+    """The targets of the thesis's quality, and those of the learned lifter or of the calibration, if there is one."""
+    if (quality := _score(figures, THESIS, "all")) is not None:
         yield Target(
-            words="seed's quality: ρ of frames, located joints, raw, under 3 m", value=near.located_raw.value, low=0.50
+            words="thesis's quality: ρ of frames, all joints, clipped", value=quality.all_clipped.value, low=0.60
+        )
+    if (near := _score(figures, THESIS, "under 3 m")) is not None:
+        yield Target(
+            words="thesis's quality: ρ of frames, located joints, raw, under 3 m",
+            value=near.located_raw.value,
+            low=0.50,
         )
     yield from lifting_targets(figures) if figures.lifted else _calibrated(figures)
 

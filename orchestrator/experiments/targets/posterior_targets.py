@@ -1,4 +1,4 @@
-"""What a filter's posterior is held against, on flights around people with exact depth."""
+"""Targets for a filter's posterior, on flights around people with exact depth."""
 
 from collections.abc import Iterator, Sequence
 
@@ -13,7 +13,7 @@ COVERAGE = (0.85, 0.95)
 
 
 def posterior_targets(posteriors: Sequence[Posterior]) -> Iterator[Target]:
-    """Those of the circles; none where no filter took a variance."""
+    """The targets of the circles; none without filters by variance."""
     for one in posteriors:
         if (one.noise, one.path) != (NOISE, "circle"):
             continue

@@ -1,13 +1,13 @@
-"""One figure, and what it is held against."""
+"""A target: a figure and its bounds."""
 
 from msgspec import Struct
 
 NOISE, STEREO = "none", "d435i"
-"""Targets are set without depth noise unless they say with which."""
+"""Targets are without depth noise unless they name one."""
 
 
 class Target(Struct, frozen=True, kw_only=True):
-    """One figure and the bounds that it is to keep within."""
+    """A figure, and the bounds that it has to be within."""
 
     words: str
     value: float
@@ -17,5 +17,5 @@ class Target(Struct, frozen=True, kw_only=True):
 
     @property
     def met(self) -> bool:
-        """Whether it does."""
+        """Whether it is within them."""
         return self.low <= self.value <= self.high

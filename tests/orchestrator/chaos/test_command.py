@@ -43,7 +43,7 @@ def only(*names):
     return [word for name in names for word in ("--only", name)]
 
 
-def test_a_training_that_goes_on_to_the_bit_passes_and_leaves_nobody_behind(orchestrator, chaos):
+def test_a_training_that_goes_on_to_the_bit_passes_and_leaves_no_process(orchestrator, chaos):
     names = ("kill-agent", "kill-orchestrator", "kill-render", "kill-at-checkpoint-written")
     child = chaos("remembers", "--faults", "4", *only(*names))
     out, err = child.communicate(timeout=PATIENCE)
@@ -75,7 +75,7 @@ def test_a_training_that_is_too_short_for_so_many_faults_is_refused(chaos):
     assert "has room for at most 4 faults, not for 5; ask for fewer, or train longer" in err
 
 
-def test_a_training_that_doubles_steps_is_found_out_and_the_untouched_run_is_used_again(chaos):
+def test_a_training_that_doubles_steps_is_found_out_and_the_control_run_is_used_again(chaos):
     child = chaos("forgets", "--faults", "1", *only("kill-at-checkpoint-journal-synced"))
     out, err = child.communicate(timeout=PATIENCE)
     assert child.returncode == 1, out + err
@@ -91,7 +91,7 @@ def test_a_training_that_doubles_steps_is_found_out_and_the_untouched_run_is_use
     assert json.loads(out)["control_run_reused"]
 
 
-def test_ctrl_c_leaves_nobody_behind(orchestrator, chaos, wait_until):
+def test_ctrl_c_leaves_no_process(orchestrator, chaos, wait_until):
     child = chaos("remembers", "--faults", "1", *only("stop-agent"))
     wait_until(lambda: bool(list(orchestrator.folder.glob("runs/chaos/control-*/progress.jsonl"))))
     child.send_signal(signal.SIGINT)

@@ -1,10 +1,10 @@
-"""The player, on trainings that do nothing: they are as fast as a training can be."""
+"""The injector, on trainings that do nothing: they are as fast as a training can be."""
 
 import msgspec
 import pytest
 
 from orchestrator.chaos.errors import InvariantBroken
-from orchestrator.chaos.rehearsal import Player, Shown
+from orchestrator.chaos.rehearsal import Injector, Shown
 from orchestrator.chaos.scenarios.scenario import Scenario
 from orchestrator.chaos.schedule import plan
 from orchestrator.run.run_directory import RunDirectory
@@ -45,16 +45,16 @@ class Noted(Scenario):
 
 class Breaks(Noted):
     def invariant(self, run):
-        raise InvariantBroken("agent did not outlive it")
+        raise InvariantBroken("agent did not survive it")
 
 
 class Rehearsal:
-    """A player, the scenarios that it has made, and the training that it has begun."""
+    """A injector, the scenarios that it has made, and the training that it has begun."""
 
     def __init__(self, run, fly, scenario=Noted):
         self.made = []
         run.begin = lambda: setattr(self, "training", fly(STEPS))
-        self.player = Player(run, {"noted": self._make}, drones=DRONES, show=Shown(NoDisplay(), ""))
+        self.injector = Injector(run, {"noted": self._make}, drones=DRONES, show=Shown(NoDisplay(), ""))
         self._scenario = scenario
 
     def _make(self, _chance):
@@ -64,10 +64,10 @@ class Rehearsal:
 
 def test_every_fault_is_played_at_its_step_however_fast_the_training_is(rehearsed, fly):
     rehearsal = Rehearsal(rehearsed, fly)
-    rehearsal.player.play(SCHEDULE)
-    assert rehearsal.player.not_played == []
-    assert [fault.broken for fault in rehearsal.player.played] == [None] * len(SCHEDULE)
-    for planned, made, played in zip(SCHEDULE, rehearsal.made, rehearsal.player.played, strict=True):
+    rehearsal.injector.inject(SCHEDULE)
+    assert rehearsal.injector.not_played == []
+    assert [fault.broken for fault in rehearsal.injector.played] == [None] * len(SCHEDULE)
+    for planned, made, played in zip(SCHEDULE, rehearsal.made, rehearsal.injector.played, strict=True):
         assert made.steps["setup"] == planned.step
         assert planned.step <= made.steps["fault"] <= planned.fault_until
         assert played.step == planned.step
@@ -77,7 +77,7 @@ def test_every_fault_is_played_at_its_step_however_fast_the_training_is(rehearse
 
 def test_a_training_is_held_in_a_faults_stretch_until_what_was_hit_is_there_again(rehearsed, fly):
     rehearsal = Rehearsal(rehearsed, fly)
-    rehearsal.player.play(SCHEDULE)
+    rehearsal.injector.inject(SCHEDULE)
     assert [made.steps["invariant"] for made in rehearsal.made] == [planned.recovery_until for planned in SCHEDULE]
 
 
@@ -93,8 +93,8 @@ def test_a_slow_training_has_recovered_when_its_progress_is_beyond_the_step_of_t
             return struck
 
     rehearsal = Rehearsal(rehearsed, fly, Told)
-    rehearsal.player.play((planned,))
-    [played] = rehearsal.player.played
+    rehearsal.injector.inject((planned,))
+    [played] = rehearsal.injector.played
     assert (played.step, played.seconds, played.broken) == (planned.step, pytest.approx(1.0), None)
     assert rehearsal.made[0].steps["invariant"] == beyond
 
@@ -107,14 +107,14 @@ def tell(run: RunDirectory, *, time: float, step: int) -> None:
 
 def test_what_is_broken_after_a_fault_is_told_and_the_next_one_is_played(rehearsed, fly):
     rehearsal = Rehearsal(rehearsed, fly, Breaks)
-    rehearsal.player.play(SCHEDULE[:2])
-    assert [fault.broken for fault in rehearsal.player.played] == ["agent did not outlive it"] * 2
+    rehearsal.injector.inject(SCHEDULE[:2])
+    assert [fault.broken for fault in rehearsal.injector.played] == ["agent did not survive it"] * 2
 
 
 def test_a_fault_that_does_not_happen_before_the_end_of_the_run_is_told(rehearsed, fly, monkeypatch):
     monkeypatch.setattr(type(rehearsed), "is_over", True)
     rehearsed.begin = lambda: None
-    player = Player(rehearsed, {"noted": lambda _: Noted(lambda: 0)}, drones=DRONES, show=Shown(NoDisplay(), ""))
-    player.play(SCHEDULE[:1])
-    assert player.played == []
-    assert player.not_played == [f"noted: the run ended before step {SCHEDULE[0].step} came"]
+    injector = Injector(rehearsed, {"noted": lambda _: Noted(lambda: 0)}, drones=DRONES, show=Shown(NoDisplay(), ""))
+    injector.inject(SCHEDULE[:1])
+    assert injector.played == []
+    assert injector.not_played == [f"noted: the run ended before step {SCHEDULE[0].step} came"]

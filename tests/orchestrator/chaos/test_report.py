@@ -47,24 +47,24 @@ def test_faults_are_gathered_by_class():
 
 def test_what_went_well_is_told_in_a_few_lines():
     said = words(REPORT)
-    assert "4 faults, seed 7: the same to the byte, after 12:34" in said
+    assert "4 faults, seed 7: equal byte for byte, after 12:34" in said
     assert "400 transitions, 0 lost, 0 doubled" in said
     assert "retries 3, late replies 1, restarts: agent 3, orchestrator 0" in said
-    assert "control run: runs/control (flown before)" in said
+    assert "control run: runs/control (reused)" in said
 
 
 def test_whatever_went_wrong_is_told():
-    broken = replace(FAULTS[0], broken="perception-0 did not outlive the death of agent")
+    broken = replace(FAULTS[0], broken="perception-0 did not survive the death of agent")
     differences = ("weights.safetensors differs from byte 12 on",)
     comparison = replace(SAME, weights=False, lost=4, differences=differences)
     said = words(
         replace(REPORT, comparison=comparison, faults=(broken,), not_played=("garbage: the run ended before it",))
     )
-    assert "not the same" in said
+    assert "not equal" in said
     assert "weights DIFFERENT, episodes identical" in said
     assert "400 transitions, 4 lost" in said
     assert "weights.safetensors differs from byte 12 on" in said
-    assert "kill-agent: perception-0 did not outlive the death of agent" in said
+    assert "kill-agent: perception-0 did not survive the death of agent" in said
     assert "not played: garbage: the run ended before it" in said
 
 

@@ -50,7 +50,7 @@ def test_a_death_that_takes_another_with_it_breaks_the_invariant(rehearsed, chil
     scenario.fault(rehearsed)
     os.kill(children[Role.AGENT].pid, signal.SIGKILL)
     rehearsed.wait(lambda: not is_alive(children[Role.AGENT]), "it was dead")
-    with pytest.raises(InvariantBroken, match="agent did not outlive the death of render-0"):
+    with pytest.raises(InvariantBroken, match="agent did not survive the death of render-0"):
         scenario.invariant(rehearsed)
 
 
@@ -64,7 +64,7 @@ def test_a_stopped_process_stays_until_it_is_replaced_and_must_be_gone_then(rehe
     assert not scenario.recovered(rehearsed)
     start(NAMES[role], role)
     assert scenario.recovered(rehearsed)
-    with pytest.raises(InvariantBroken, match="is still there"):
+    with pytest.raises(InvariantBroken, match="still runs"):
         scenario.invariant(rehearsed)
     stopped.kill()
     rehearsed.wait(lambda: not is_alive(children[role]), "it was dead")
@@ -82,14 +82,14 @@ def test_a_worker_that_is_replaced_within_a_ping_is_quick_enough(rehearsed, star
     scenario = RestartWithinAPing(Role.RENDER, 0.0)
     rehearsed.timeouts = TimeoutsConfig(heartbeat=300.0)
     scenario.setup(rehearsed)
-    look, restarted = rehearsed.look, []
+    poll, restarted = rehearsed.poll, []
 
-    def look_and_restart():
-        look()
+    def poll_and_restart():
+        poll()
         if not restarted and not is_alive(first):
             restarted.append(start_worker())
 
-    rehearsed.look = look_and_restart
+    rehearsed.poll = poll_and_restart
     scenario.fault(rehearsed)
     assert restarted
     scenario.invariant(rehearsed)
@@ -197,7 +197,7 @@ def test_a_late_reply_is_held_back_and_its_worker_must_live(rehearsed, reacher):
     scenario.invariant(rehearsed)
     os.kill(worker.pid, signal.SIGKILL)
     rehearsed.wait(lambda: not is_alive(worker), "it was dead")
-    with pytest.raises(InvariantBroken, match="render-0 did not outlive a late reply"):
+    with pytest.raises(InvariantBroken, match="render-0 did not survive a late reply"):
         scenario.invariant(rehearsed)
 
 
@@ -213,7 +213,7 @@ def test_a_fault_that_waits_for_the_training_is_ordered_before_the_training_goes
     assert resource.prlimit(children[Role.AGENT].pid, resource.RLIMIT_FSIZE)[0] == 0
 
 
-def test_an_order_that_nobody_carries_out_is_taken_back(rehearsed, monkeypatch):
+def test_an_order_that_is_never_carried_out_is_taken_back(rehearsed, monkeypatch):
     monkeypatch.setattr(type(rehearsed), "wait", _gives_up)
     rehearsed.failpoints.order("nowhere", "kill")
     with pytest.raises(NotRecovered):

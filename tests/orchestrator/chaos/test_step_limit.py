@@ -27,7 +27,7 @@ def test_a_training_that_waits_at_the_limit_has_reached_it_and_goes_on_when_it_i
     assert training.flown == 16
 
 
-def test_a_limit_that_is_moved_is_not_reached_by_whoever_was_at_the_one_before(rehearsed, limit, fly, wait_until):
+def test_a_limit_that_is_moved_is_not_reached_by_a_training_at_the_one_before(rehearsed, limit, fly, wait_until):
     limit.move(8)
     fly(16)
     wait_until(lambda: limit.is_reached)

@@ -22,7 +22,7 @@ CONFIG = "[environment.camera]\nwidth = 320\nheight = 240\n"
 SMALL = ("experiment", "qoe", "small.toml", "--frames", "12", "--workers", "1", "--frames-a-part", "4")
 
 
-def test_a_killed_experiment_goes_on_to_the_table_of_an_untouched_one(orchestrator, wait_until):
+def test_a_killed_experiment_goes_on_to_the_table_of_an_uninterrupted_one(orchestrator, wait_until):
     (orchestrator.folder / "small.toml").write_text(CONFIG)
     killed = ExperimentDirectory(orchestrator.folder / "killed")
     parts = killed.table_path.with_suffix(".parts")
@@ -38,15 +38,15 @@ def test_a_killed_experiment_goes_on_to_the_table_of_an_untouched_one(orchestrat
     assert (parts / "part-00000.parquet").stat().st_mtime_ns == begun
     child.send_signal(signal.SIGINT)
     _, words = child.communicate(timeout=PATIENCE)
-    assert (child.returncode, "the same command goes on" in words) == (130, True), words
+    assert (child.returncode, "the same command continues" in words) == (130, True), words
 
     more = [word if word != "1" else "2" for word in SMALL]
     done = orchestrator.run(*more, "--out", "killed", "--json", rooms=None, patience=PATIENCE)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["qoe"]["frames"] == 12
-    untouched = orchestrator.run(*SMALL, "--out", "untouched", rooms=None, patience=PATIENCE)
-    assert untouched.returncode == 0, untouched.stderr
-    assert killed.table_path.read_bytes() == (orchestrator.folder / "untouched" / "qoe.parquet").read_bytes()
+    uninterrupted = orchestrator.run(*SMALL, "--out", "uninterrupted", rooms=None, patience=PATIENCE)
+    assert uninterrupted.returncode == 0, uninterrupted.stderr
+    assert killed.table_path.read_bytes() == (orchestrator.folder / "uninterrupted" / "qoe.parquet").read_bytes()
     assert not parts.exists()
     table = pq.read_table(killed.table_path)
     assert table.num_rows == 12 * 2 * 18

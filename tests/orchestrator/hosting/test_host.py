@@ -2,15 +2,15 @@ import logging
 
 import pytest
 
-from orchestrator.hosting.host import GOODBYE, HostOrder, HostTable, HostWatch, host
+from orchestrator.hosting.host import GOODBYE, HostMonitor, HostOrder, HostTable, host
 from orchestrator.hosting.joined_runs import JoinedRuns
 from orchestrator.monitoring.live_display import Snapshot
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.registry import Registry, serve_registry
 from protocol.client.client import Client
 from protocol.errors import AddressUnavailable, NotPermitted
 from protocol.messages import Dismiss, Lookup, Register, Role, State, WorkerRecord
 from protocol.security import Security, load_credentials
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 from tests.protocol.security.deployment import Deployment, free_port
 
@@ -25,7 +25,7 @@ class Site:
         self.shown: list[Snapshot] = []
         runs = JoinedRuns(LIVENESS, GRACE, self.clock)
         self.table = HostTable(Registry(LIVENESS, self.clock), runs, stay=stay)
-        self.watch = HostWatch(self.table, "host at tcp://hub:5600", self, LIVENESS, self.clock)
+        self.monitor = HostMonitor(self.table, "host at tcp://host:5600", self, LIVENESS, self.clock)
 
     def clock(self) -> float:
         return self.now
@@ -39,10 +39,10 @@ class Site:
         record = WorkerRecord(role=role, address=address, incarnation=name, state=State.READY, name=name)
         return self.table.register(Register(worker=record)).over
 
-    def look(self, seconds: float = 1.0) -> bool:
+    def ends(self, seconds: float = 1.0) -> bool:
         """Whether the host is to end, a while later."""
         self.now += seconds
-        return self.watch.look()
+        return self.monitor.poll()
 
 
 def test_workers_are_told_once_the_run_is_done_and_the_run_itself_is_not():
@@ -59,7 +59,7 @@ def test_a_host_that_stays_tells_nobody_to_end():
     site = Site(stay=True)
     site.table.dismiss(Dismiss(incarnation="monday"))
     assert not site.beat("gpu-box")
-    assert not site.look(2 * GOODBYE)
+    assert not site.ends(2 * GOODBYE)
 
 
 def test_while_another_run_is_under_way_the_workers_go_on():
@@ -77,20 +77,20 @@ def test_the_host_ends_when_its_workers_have_fallen_silent(caplog):
     site = Site()
     site.beat("gpu-box")
     site.table.dismiss(Dismiss(incarnation="monday"))
-    assert not site.look()
+    assert not site.ends()
     assert site.shown[-1].activity == "all runs are done; waiting for the end of gpu-box"
-    assert not site.look(LIVENESS - 2)
-    assert site.look(1)
+    assert not site.ends(LIVENESS - 2)
+    assert site.ends(1)
     assert "no worker is left; ending" in caplog.text
 
 
 def test_a_host_that_was_started_again_right_then_waits_for_the_workers_to_hear_of_it():
     site = Site()
     site.table.dismiss(Dismiss(incarnation="monday"))
-    assert not site.look()
+    assert not site.ends()
     assert site.beat("gpu-box")
-    assert not site.look(LIVENESS - 1)
-    assert site.look(1)
+    assert not site.ends(LIVENESS - 1)
+    assert site.ends(1)
 
 
 def test_a_worker_that_does_not_end_is_named_and_left(caplog):
@@ -99,16 +99,16 @@ def test_a_worker_that_does_not_end_is_named_and_left(caplog):
     ended = False
     while not ended:
         site.beat("old-worker")
-        ended = site.look()
+        ended = site.ends()
     assert 100 + GOODBYE <= site.now <= 102 + GOODBYE
-    assert "old-worker did not end within 30 s and is left to itself" in caplog.text
+    assert "old-worker did not end within 30 s; ending without waiting for it" in caplog.text
 
 
 def test_who_is_there_is_shown():
     site = Site()
     site.beat("gpu-box")
     site.beat("monday", Role.AGENT)
-    assert not site.look()
+    assert not site.ends()
     assert [(one.name, one.state) for one in site.shown[-1].workers] == [("gpu-box", "ready"), ("monday", "running")]
 
 

@@ -7,7 +7,7 @@ from rich.console import Console
 from orchestrator.hosting.host_display import open_host_display
 from orchestrator.monitoring.live_display import Snapshot
 
-SNAPSHOT = Snapshot(activity="host at tcp://hub:5600 is open", elapsed=1.0)
+SNAPSHOT = Snapshot(activity="host at tcp://host:5600 is open", elapsed=1.0)
 
 
 def say(console: Console) -> None:
@@ -27,5 +27,5 @@ def test_on_a_terminal_there_is_a_live_view_with_the_log_above_it(capsys):
     say(Console(file=sys.stderr, force_terminal=True))
     said = "".join(capsys.readouterr())
     assert "render-0 registered" in said
-    assert "host at tcp://hub:5600 is open" in said
+    assert "host at tcp://host:5600 is open" in said
     assert "nobody hears this" not in said

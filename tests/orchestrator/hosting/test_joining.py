@@ -10,17 +10,17 @@ from orchestrator.errors import HostLost, HostNotTold
 from orchestrator.hosting.host import HostTable
 from orchestrator.hosting.joined_runs import JoinedRuns
 from orchestrator.hosting.joining import Join, JoinedHost, NameLookup, dismiss, join_of
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.registry import Registry, serve_registry
 from protocol.errors import AddressUnavailable, InvalidInput, NotPermitted
 from protocol.messages import Register, Role, State, WorkerRecord
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 from tests.protocol.security.deployment import Deployment, free_port
 
 QUICK = Timeouts(heartbeat=0.02, liveness=0.2, grace=0.3)
 
 
-class Hub:
+class Site:
     """A host that comes and goes."""
 
     def __init__(self, address: str) -> None:
@@ -39,44 +39,46 @@ class Hub:
 
 
 @pytest.fixture
-def hub(tmp_path_factory) -> Hub:
-    return Hub(f"ipc://{tmp_path_factory.mktemp('s')}/host")
+def site(tmp_path_factory) -> Site:
+    return Site(f"ipc://{tmp_path_factory.mktemp('s')}/host")
 
 
-def test_what_is_waited_for_is_said_until_nobody_is_missing(hub, wait_until):
-    with JoinedHost(hub.join, "monday", QUICK) as host:
-        assert host.waits_for() == f"a host at {hub.join.address} (nobody answers there: does 'orchestrator host' run?)"
-        with hub.open():
-            both = f"a render worker and a perception worker to be ready, at the host {hub.join.address}"
+def test_what_is_waited_for_is_said_until_nothing_is_missing(site, wait_until):
+    with JoinedHost(site.join, "monday", QUICK) as host:
+        assert host.waits_for() == f"a host at {site.join.address} (no answer: does 'orchestrator host' run there?)"
+        with site.open():
+            both = f"a render worker and a perception worker to be ready, at the host {site.join.address}"
             wait_until(lambda: host.waits_for() == both)
-            hub.enter("gpu-box", Role.RENDER)
-            one = f"a perception worker to be ready, at the host {hub.join.address}"
+            site.enter("gpu-box", Role.RENDER)
+            one = f"a perception worker to be ready, at the host {site.join.address}"
             wait_until(lambda: host.waits_for() == one)
-            hub.enter("jetson", Role.PERCEPTION, State.STARTING)
+            site.enter("jetson", Role.PERCEPTION, State.STARTING)
             wait_until(lambda: len(host.lookup(Role.PERCEPTION)) == 1)
             assert host.lacks(Role.PERCEPTION)
-            hub.enter("jetson", Role.PERCEPTION, State.BUSY)
+            site.enter("jetson", Role.PERCEPTION, State.BUSY)
             wait_until(lambda: host.waits_for() is None)
 
 
-def test_a_run_is_registered_under_its_name_and_told_of_workers_alone(hub, wait_until):
-    with hub.open(), JoinedHost(hub.join, "monday", QUICK) as host:
-        renderer = hub.enter("gpu-box", Role.RENDER)
+def test_a_run_is_registered_under_its_name_and_told_of_workers_alone(site, wait_until):
+    with site.open(), JoinedHost(site.join, "monday", QUICK) as host:
+        renderer = site.enter("gpu-box", Role.RENDER)
         wait_until(lambda: host.lookup(Role.RENDER) == (renderer,))
-        wait_until(lambda: "monday" in [record.name for record in hub.table.records()])
+        wait_until(lambda: "monday" in [record.name for record in site.table.records()])
         assert host.lookup(Role.AGENT) == ()
         assert [(one.name, one.state) for one in host.health()] == [("gpu-box", "ready")]
 
 
 @pytest.mark.slow
-def test_a_host_that_is_away_for_a_moment_is_not_missed_and_one_that_stays_away_is(hub, wait_until):
-    with JoinedHost(hub.join, "monday", QUICK) as host:
+def test_a_host_that_is_away_for_a_moment_is_not_missed_and_one_that_stays_away_is(site, wait_until):
+    with JoinedHost(site.join, "monday", QUICK) as host:
         for _ in range(2):
-            with hub.open():
+            with site.open():
                 wait_until(lambda: host.waits_for() is not None and "to be ready" in host.waits_for())
                 host.check()
         wait_until(lambda: lost(host.check))
-        with pytest.raises(HostLost, match=r"is gone for 0.3 s \(timeouts.grace\), and without one its workers end"):
+        with pytest.raises(
+            HostLost, match=r"has not answered for 0.3 s \(timeouts.grace\), after which its workers end"
+        ):
             host.check()
 
 
@@ -107,14 +109,14 @@ def test_a_name_that_means_no_machine_is_told(wait_until):
     assert known.trouble() == ""
 
 
-def test_the_end_of_a_run_is_told(hub):
-    with hub.open():
-        dismiss(hub.join, QUICK, lambda _: None, StopRequest())
-        assert hub.table.is_over()
+def test_the_end_of_a_run_is_told(site):
+    with site.open():
+        dismiss(site.join, QUICK, lambda _: None, StopRequest())
+        assert site.table.is_over()
 
 
 @pytest.mark.slow
-def test_a_host_that_was_killed_right_then_is_told_when_it_is_back(hub):
+def test_a_host_that_was_killed_right_then_is_told_when_it_is_back(site):
     shown = []
 
     class Killed:
@@ -125,37 +127,37 @@ def test_a_host_that_was_killed_right_then_is_told_when_it_is_back(hub):
         def __call__(self, activity: str) -> None:
             shown.append(activity)
             if len(shown) == 3:
-                self.opened = hub.open()
+                self.opened = site.open()
                 self.opened.__enter__()
 
     killed = Killed()
-    dismiss(hub.join, Timeouts(heartbeat=0.02, grace=30.0), killed, StopRequest())
-    assert hub.table.is_over()
+    dismiss(site.join, Timeouts(heartbeat=0.02, grace=30.0), killed, StopRequest())
+    assert site.table.is_over()
     killed.opened.__exit__(None, None, None)
-    assert set(shown) == {f"telling the host at {hub.join.address} that the run is done"}
+    assert set(shown) == {f"telling the host at {site.join.address} that the run is done"}
 
 
-def test_a_host_that_does_not_come_back_is_not_told_for_ever(hub):
-    with pytest.raises(HostNotTold, match=r"its workers stay: .* did not answer Dismiss within 0\.3 s"):
-        dismiss(hub.join, QUICK, lambda _: None, StopRequest())
+def test_a_host_that_does_not_come_back_is_not_told_for_ever(site):
+    with pytest.raises(HostNotTold, match=r"its workers go on: .* did not answer Dismiss within 0\.3 s"):
+        dismiss(site.join, QUICK, lambda _: None, StopRequest())
 
 
-def test_a_request_to_stop_ends_the_telling(hub):
+def test_a_request_to_stop_ends_the_telling(site):
     stop = StopRequest()
     stop.ask()
     with pytest.raises(HostNotTold, match="stopped on request"):
-        dismiss(hub.join, Timeouts(), lambda _: None, stop)
+        dismiss(site.join, Timeouts(), lambda _: None, stop)
 
 
-def test_an_orchestrator_that_is_no_host_says_so(hub):
+def test_an_orchestrator_that_is_no_host_says_so(site):
     with (
-        serve_registry(Registry(60.0), hub.join.address, QUICK),
+        serve_registry(Registry(60.0), site.join.address, QUICK),
         pytest.raises(HostNotTold, match="does not answer Dismiss"),
     ):
-        dismiss(hub.join, QUICK, lambda _: None, StopRequest())
+        dismiss(site.join, QUICK, lambda _: None, StopRequest())
 
 
-def joined(address: str | None = "tcp://hub:5600", key=None, allowed=None, insecure=False, environment=None):
+def joined(address: str | None = "tcp://host:5600", key=None, allowed=None, insecure=False, environment=None):
     return join_of(address, key, allowed, insecure=insecure, environment=environment or {})
 
 
@@ -190,12 +192,12 @@ def test_a_key_of_another_role_a_missing_one_and_an_open_network_are_refused(tmp
     with pytest.raises(NotPermitted, match="there is no key: make one"):
         joined()
     with pytest.raises(AddressUnavailable):
-        joined("hub")
+        joined("nowhere")
 
 
-def test_what_is_registered_is_this_process(hub, wait_until):
-    with hub.open(), JoinedHost(hub.join, "monday", QUICK):
-        wait_until(lambda: bool(hub.table.records()))
-        (record,) = hub.table.records()
+def test_what_is_registered_is_this_process(site, wait_until):
+    with site.open(), JoinedHost(site.join, "monday", QUICK):
+        wait_until(lambda: bool(site.table.records()))
+        (record,) = site.table.records()
     assert (record.role, record.address, record.pid) == (Role.AGENT, "", os.getpid())
-    assert record.incarnation == hub.join.incarnation
+    assert record.incarnation == site.join.incarnation

@@ -1,4 +1,4 @@
-"""Processes behind real HTTP ports are asked how they are, and whoever is none is named as such."""
+"""Asks processes behind real HTTP ports for their state, and reports those that give no answer."""
 
 import http.server
 import socket
@@ -88,12 +88,12 @@ def test_where_nobody_is_or_somebody_else_that_is_said_in_the_order_of_the_place
     with somebody_else() as elsewhere:
         reports = process_reports([nobody, elsewhere])
     assert [report.at for report in reports] == [str(nobody), str(elsewhere)]
-    assert reports[0].trouble.startswith("nobody answers: ")
-    assert reports[1].trouble.startswith("this is no process of ours: ")
+    assert reports[0].trouble.startswith("no answer: ")
+    assert reports[1].trouble.startswith("this is not a Vantage process: ")
     assert not any(report.ready for report in reports)
 
 
 def test_who_says_nothing_is_given_up():
     with socket.create_server(("127.0.0.1", 0)) as silent:
         (report,) = process_reports([Endpoint("127.0.0.1", silent.getsockname()[1])], patience=0.1)
-    assert report.trouble == "it took too long to answer"
+    assert report.trouble == "no answer in time"

@@ -130,7 +130,7 @@ def test_a_finished_run_tells_what_it_came_to_and_no_progress_as_if_it_were_now(
     status = run_status(finished)
     assert (status.state, status.ended, status.is_finished) == ("finished", 1e9, True)
     text = text_of(status)
-    assert f"it has come to its end on {moment(1e9)}" in text
+    assert f"it is finished on {moment(1e9)}" in text
     assert "trained 1600 steps in 3:12" in text
     assert "policy 'sac' over 5 flights: return 0.5, uncertainty 0.50, success 50%, crash 50%" in text
     assert f"weights.safetensors, evaluation.json, logs in {finished.path.resolve()}" in text.replace("\n", "")
@@ -153,7 +153,7 @@ def test_a_run_that_ended_early_tells_how_far_it_came_why_and_how_to_go_on(finis
     text = text_of(status)
     assert "agent ended with exit code 2: no more room" in text
     assert f"on {moment(1e9)}" in text
-    assert "it came to step 1404 of 1600 in its evaluation" in text
+    assert "it reached step 1404 of 1600 of its evaluation" in text
     assert "10.4 steps/s" not in text
     assert f"'orchestrator resume {finished.path}'" in text.replace("\n", "")
 
@@ -179,9 +179,7 @@ def test_a_run_whose_orchestrator_was_killed_when_it_went_on_is_broken_off(finis
     text = text_of(status)
     assert "its orchestrator was killed" in text
     assert f"last heard of on {moment(7.0)}" in text
-    assert f"it has not come to its end: go on with it by 'orchestrator resume {finished.path}'" in text.replace(
-        "\n", ""
-    )
+    assert f"it is not finished: continue it by 'orchestrator resume {finished.path}'" in text.replace("\n", "")
 
 
 def test_a_run_of_a_time_that_no_calendar_has_is_shown_all_the_same(run):
@@ -201,8 +199,8 @@ def test_a_damaged_run_says_what_is_damaged(finished, name):
 def test_a_run_that_never_began_says_so(run):
     status = run_status(run)
     assert (status.state, status.phase, status.workers) == ("broken off", None, ())
-    assert "nobody has begun it" in text_of(status)
-    assert "has not said anything" in text_of(status)
+    assert "no work on it has begun" in text_of(status)
+    assert "has not reported any progress" in text_of(status)
 
 
 def test_looking_leaves_no_thread_and_no_file(run, worker, wait_until):

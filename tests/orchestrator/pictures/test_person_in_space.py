@@ -84,5 +84,5 @@ def test_where_the_truth_is_not_known_joints_are_counted():
 
 
 def test_who_is_not_found_and_who_is_not_located_are_told_apart():
-    assert seen(nowhere(3), nowhere(2), body()).in_words() == "Nobody was found."
+    assert seen(nowhere(3), nowhere(2), body()).in_words() == "No person was found."
     assert seen(nowhere(3), truth=body()).in_words() == "No joint was located."

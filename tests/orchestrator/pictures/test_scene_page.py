@@ -17,7 +17,7 @@ from orchestrator.pictures.scene_page import (
     PANEL_WIDTH,
     ROW,
     depth_ticks,
-    scene_sheet,
+    draw_scene_page,
     space_words,
 )
 from orchestrator.pictures.space_picture import volume_around
@@ -52,14 +52,14 @@ def frame_and_observation(width: int = 64, height: int = 48, found: bool = True)
 
 
 def test_the_colour_panel_is_the_frame_itself():
-    page = scene_sheet("Scene 1", "from the front", *frame_and_observation())
+    page = draw_scene_page("Scene 1", "from the front", *frame_and_observation())
     panel = page[HEADER + CAPTION + 10 : HEADER + CAPTION + 400, MARGIN + 10 : MARGIN + PANEL_WIDTH - 10]
     assert (panel == (90, 140, 60)).all()
 
 
 def test_the_joints_of_good_quality_are_blue_on_the_page_and_those_not_found_are_not():
     def shares(found: bool) -> float:
-        page = scene_sheet("Scene 1", "", *frame_and_observation(found=found))
+        page = draw_scene_page("Scene 1", "", *frame_and_observation(found=found))
         return float((page == picture.QUALITY_STOPS[2]).all(axis=2).mean())
 
     assert shares(found=True) > 4 * shares(found=False)
@@ -67,7 +67,7 @@ def test_the_joints_of_good_quality_are_blue_on_the_page_and_those_not_found_are
 
 @pytest.mark.parametrize("size", [(64, 48), (848, 480), (48, 64), (1280, 720)])
 def test_a_page_fits_pictures_of_any_size(size):
-    page = scene_sheet("Scene 1", "", *frame_and_observation(*size))
+    page = draw_scene_page("Scene 1", "", *frame_and_observation(*size))
     assert page.shape[0] >= HEADER + 2 * round(PANEL_WIDTH * size[1] / size[0])
     assert page.dtype == np.uint8
 
@@ -77,16 +77,16 @@ def test_a_frame_without_truth_and_an_observation_without_heatmaps_make_a_page_t
     bare = Frame(rgb=frame.rgb, depth=frame.depth, camera=frame.camera)
     seen = {name: getattr(observation, name) for name in ("keypoints", "points", "mass", "height", "distance")}
     without = PoseEstimate(**seen, quality=observation.quality, filter=observation.filter)
-    assert scene_sheet("Scene 1", "", bare, without).any()
+    assert draw_scene_page("Scene 1", "", bare, without).any()
 
 
 def test_an_observation_in_metres_has_two_columns_more():
     frame, observation = frame_and_observation()
     metres = replace(observation, expected_error=np.full(18, 0.1), radius=np.full(18, 0.25))
-    plain, wider = (scene_sheet("Scene 1", "", frame, one) for one in (observation, metres))
+    plain, wider = (draw_scene_page("Scene 1", "", frame, one) for one in (observation, metres))
     assert wider.shape[1] == plain.shape[1] + METRES_WIDTH
     unlocated = replace(metres, expected_error=np.full(18, np.nan), radius=np.full(18, np.nan))
-    assert (scene_sheet("Scene 1", "", frame, unlocated) != wider).any()
+    assert (draw_scene_page("Scene 1", "", frame, unlocated) != wider).any()
 
 
 def test_an_inferred_joint_is_marked_in_the_table_and_has_its_metres():
@@ -94,8 +94,10 @@ def test_an_inferred_joint_is_marked_in_the_table_and_has_its_metres():
     metres = replace(observation, expected_error=np.full(18, 0.1), radius=np.full(18, 0.25))
     keypoints, nowhere = observation.keypoints.copy(), observation.points.copy()
     keypoints[4], nowhere[4] = np.nan, np.nan
-    seen, inferred = (scene_sheet("Scene 1", "", frame, one) for one in (metres, replace(metres, keypoints=keypoints)))
-    not_found = scene_sheet("Scene 1", "", frame, replace(metres, keypoints=keypoints, points=nowhere))
+    seen, inferred = (
+        draw_scene_page("Scene 1", "", frame, one) for one in (metres, replace(metres, keypoints=keypoints))
+    )
+    not_found = draw_scene_page("Scene 1", "", frame, replace(metres, keypoints=keypoints, points=nowhere))
     # The fifth joint's row, from its mass to its quality and from its error on.
     right = MARGIN + 2 * PANEL_WIDTH + 2 * GAP + BAR_COLUMN
     row = slice(HEADER + CAPTION // 2 + 5 * ROW - 8, HEADER + CAPTION // 2 + 5 * ROW + 8)
@@ -109,7 +111,9 @@ def test_a_page_without_truth_of_whom_nobody_found_can_be_drawn():
     frame, observation = frame_and_observation(found=False)
     bare = Frame(rgb=frame.rgb, depth=frame.depth, camera=frame.camera)
     nobody = replace(observation, points=np.full((18, 3), np.nan))
-    assert scene_sheet("Scene 1", "", bare, nobody).shape == scene_sheet("Scene 1", "", frame, observation).shape
+    assert (
+        draw_scene_page("Scene 1", "", bare, nobody).shape == draw_scene_page("Scene 1", "", frame, observation).shape
+    )
 
 
 def test_joints_outside_of_the_pictures_are_counted():

@@ -46,7 +46,7 @@ def test_a_directory_that_others_may_enter_is_refused_and_stays(tmp_path, monkey
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     path = sockets_of(tmp_path / "run")
     path.mkdir(mode=0o755)
-    with pytest.raises(RunError, match="others may enter"), run_sockets(tmp_path / "run"):
+    with pytest.raises(RunError, match="other users may enter"), run_sockets(tmp_path / "run"):
         pass
     assert path.exists()
 
@@ -56,5 +56,5 @@ def test_a_link_that_somebody_put_there_is_not_followed(tmp_path, monkeypatch):
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir(mode=0o700)
     sockets_of(tmp_path / "run").symlink_to(elsewhere)
-    with pytest.raises(RunError, match="not our directory"), run_sockets(tmp_path / "run"):
+    with pytest.raises(RunError, match="belongs to another user"), run_sockets(tmp_path / "run"):
         pass

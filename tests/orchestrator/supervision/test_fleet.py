@@ -3,10 +3,10 @@ import sys
 import pytest
 
 from orchestrator.errors import ProcessFailed
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.launch import Launch
 from protocol.messages import Role
+from protocol.system.stop_request import StopRequest
 
 SLEEP = "import time; time.sleep(600)"
 NOTES_ITS_END = """
@@ -22,7 +22,7 @@ time.sleep(600)
 """
 
 
-def test_nobody_is_left_behind_whatever_happens_inside(tmp_path, python_launch):
+def test_no_process_is_left_running_whatever_happens_inside(tmp_path, python_launch):
     fleet = Fleet(tmp_path, StopRequest())
 
     def fail_with_processes_running():
@@ -52,7 +52,7 @@ def test_agents_end_before_the_workers_that_they_need(tmp_path, wait_until):
     assert order.read_text().split() == ["agent", "worker"]
 
 
-def test_who_does_not_listen_is_killed_at_once_when_asked_twice(tmp_path, worker_launch, wait_until):
+def test_a_process_that_ignores_sigterm_is_killed_at_once_after_a_second_request(tmp_path, worker_launch, wait_until):
     stop = StopRequest()
     with Fleet(tmp_path, stop) as fleet:
         process = fleet.start(worker_launch("ignores_sigterm"))

@@ -6,7 +6,7 @@ import pytest
 
 from orchestrator.run.run_directory import ProcessRecord
 from orchestrator.supervision.heartbeat import is_alive
-from orchestrator.supervision.process_handle import Foundling, has_ended
+from orchestrator.supervision.process_handle import AdoptedProcess, has_ended
 from protocol.messages import Role
 
 HEADLESS = """
@@ -28,15 +28,15 @@ def dying(wait_until):
 
 
 def test_a_process_whose_first_thread_alone_has_ended_runs_on(dying, wait_until):
-    foundling = Foundling(dying)
+    adopted = AdoptedProcess(dying)
     record = ProcessRecord(
         name="render-0", role=Role.RENDER, address=None, pid=dying.pid, started=dying.create_time(), log="logs/x.jsonl"
     )
-    assert foundling.is_running
-    assert not foundling.wait(0.05)
+    assert adopted.is_running
+    assert not adopted.wait(0.05)
     assert is_alive(record)
     dying.kill()
     wait_until(lambda: has_ended(dying))
-    assert not foundling.is_running
-    assert foundling.wait(0.0)
+    assert not adopted.is_running
+    assert adopted.wait(0.0)
     assert not is_alive(record)

@@ -39,7 +39,7 @@ def names(registry: Registry, role=Role.RENDER) -> list[str]:
     return [record.name for record in registry.lookup(Lookup(role=role)).workers]
 
 
-def test_who_registered_is_found_by_role(registry):
+def test_a_registered_process_is_found_by_role(registry):
     registry.register(Register(worker=worker()))
     registry.register(Register(worker=worker("perception-0", "b", Role.PERCEPTION)))
     assert registry.lookup(Lookup(role=Role.RENDER)).workers == (worker(),)
@@ -53,7 +53,7 @@ def test_a_later_word_takes_the_place_of_an_earlier_one(registry):
     assert registry.lookup(Lookup(role=Role.RENDER)).workers == (worker(state=State.BUSY),)
 
 
-def test_who_says_nothing_any_more_is_not_listed(registry, clock):
+def test_a_silent_process_is_not_listed(registry, clock):
     registry.register(Register(worker=worker("render-0", "a")))
     clock.now += LIVENESS - 1
     registry.register(Register(worker=worker("render-1", "b")))
@@ -61,7 +61,7 @@ def test_who_says_nothing_any_more_is_not_listed(registry, clock):
     assert names(registry) == ["render-1"]
 
 
-def test_of_two_incarnations_at_one_address_the_later_one_is_listed_whoever_spoke_last(registry):
+def test_of_two_incarnations_at_one_address_the_later_one_is_listed_whichever_spoke_last(registry):
     registry.register(Register(worker=worker(incarnation="earlier", pid=1)))
     registry.register(Register(worker=worker(incarnation="later", pid=2)))
     registry.register(Register(worker=worker(incarnation="earlier", pid=1)))
@@ -75,7 +75,7 @@ def test_a_process_is_heard_of_by_its_name_and_number(registry, clock):
     assert registry.heard("agent", 8) is None
 
 
-def test_who_has_ended_can_be_forgotten_at_once(registry):
+def test_a_process_that_has_ended_can_be_forgotten_at_once(registry):
     registry.register(Register(worker=worker("render-0", "a", pid=1)))
     registry.register(Register(worker=worker("render-0", "b", pid=2)))
     registry.forget("render-0", 2)
@@ -88,7 +88,7 @@ def test_agents_without_an_address_are_told_apart_by_name(registry):
     assert names(registry, Role.AGENT) == ["agent", "evaluation"]
 
 
-def test_who_is_in_a_table_beyond_is_found_after_those_who_registered_here(clock):
+def test_processes_of_the_registry_beyond_are_listed_after_our_own(clock):
     remote_workers = {Role.RENDER: (worker("render-9", "z", address="tcp://gpu-box:5601"),)}
     registry = Registry(LIVENESS, clock, lambda role: remote_workers.get(role, ()))
     registry.register(Register(worker=worker()))
@@ -114,7 +114,7 @@ def test_a_member_registers_and_learns_of_others_over_the_wire(tmp_path_factory)
             assert client.call(Lookup(role=Role.RENDER)).workers == (worker(),)
 
 
-def test_a_stranger_that_asks_it_to_drain_does_not_end_it(tmp_path_factory):
+def test_a_client_that_asks_it_to_drain_does_not_end_it(tmp_path_factory):
     address = f"ipc://{tmp_path_factory.mktemp('s')}/orchestrator"
     registry, timeouts = Registry(LIVENESS), Timeouts()
     with serve_registry(registry, address, timeouts), Client(address, role=Role.AGENT) as client:

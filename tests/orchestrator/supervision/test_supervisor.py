@@ -11,16 +11,16 @@ import psutil
 import pytest
 
 from orchestrator.errors import ProcessFailed, RestartsExhausted
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.launch import Launch
-from orchestrator.supervision.left_behind import LeftBehind
+from orchestrator.supervision.orphans import Orphans
 from orchestrator.supervision.supervisor import Supervisor
 from orchestrator.supervision.worker_process import WorkerProcess
 from protocol.client.client import Client
 from protocol.config import SupervisionConfig
 from protocol.errors import DeadlineExceeded
 from protocol.messages import Role, SampleScene
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 
 FAST = Timeouts(heartbeat=0.1, startup=60.0, liveness=15.0, progress=30.0)
@@ -29,30 +29,30 @@ IMPATIENT = Timeouts(heartbeat=0.1, startup=60.0, liveness=1.0, progress=30.0)
 PATIENCE = 30.0
 
 
-class Care:
+class Supervised:
     """A supervisor with a fleet, and what it noted."""
 
-    def __init__(self, folder, stack: ExitStack, config: SupervisionConfig, timeouts: Timeouts, left_behind) -> None:
+    def __init__(self, folder, stack: ExitStack, config: SupervisionConfig, timeouts: Timeouts, orphans) -> None:
         self.noted = []
         self.fleet = stack.enter_context(Fleet(folder, StopRequest()))
         self.supervisor = stack.enter_context(
-            Supervisor(self.fleet, config, timeouts, left_behind=left_behind, on_restart=self.noted.append)
+            Supervisor(self.fleet, config, timeouts, orphans=orphans, on_restart=self.noted.append)
         )
 
-    def look_until(self, condition) -> None:
+    def poll_until(self, condition) -> None:
         deadline = time.monotonic() + PATIENCE
         while not condition():
             assert time.monotonic() < deadline, "what was waited for did not happen"
-            self.supervisor.look()
+            self.supervisor.poll()
             time.sleep(0.02)
 
     def start_ready(self, launch: Launch) -> WorkerProcess:
         process = self.supervisor.start(launch)
-        self.look_until(lambda: self.supervisor.is_ready(launch.name))
+        self.poll_until(lambda: self.supervisor.is_ready(launch.name))
         return process
 
-    def look_until_replaced(self, process: WorkerProcess) -> WorkerProcess:
-        self.look_until(lambda: self.current(process).pid != process.pid and self.supervisor.is_ready(process.name))
+    def poll_until_replaced(self, process: WorkerProcess) -> WorkerProcess:
+        self.poll_until(lambda: self.current(process).pid != process.pid and self.supervisor.is_ready(process.name))
         return self.current(process)
 
     def current(self, process: WorkerProcess) -> WorkerProcess:
@@ -60,11 +60,11 @@ class Care:
 
 
 @pytest.fixture
-def care(tmp_path):
+def supervise(tmp_path):
     with ExitStack() as stack:
 
-        def make(timeouts: Timeouts = FAST, left_behind: LeftBehind | None = None, **config) -> Care:
-            return Care(tmp_path, stack, SupervisionConfig(**config), timeouts, left_behind)
+        def make(timeouts: Timeouts = FAST, orphans: Orphans | None = None, **config) -> Supervised:
+            return Supervised(tmp_path, stack, SupervisionConfig(**config), timeouts, orphans)
 
         yield make
 
@@ -83,156 +83,156 @@ def asking(launch: Launch) -> Client:
 
 
 @pytest.mark.slow
-def test_a_killed_worker_is_started_again_at_its_address(care, launch):
-    cared = care()
-    first = cared.start_ready(launch("serves_nothing"))
+def test_a_killed_worker_is_started_again_at_its_address(supervise, launch):
+    supervised = supervise()
+    first = supervised.start_ready(launch("serves_nothing"))
     os.kill(first.pid, signal.SIGKILL)
-    second = cared.look_until_replaced(first)
+    second = supervised.poll_until_replaced(first)
     assert not psutil.pid_exists(first.pid)
     assert (second.launch, second.is_running) == (first.launch, True)
-    assert [(restart.process, restart.planned) for restart in cared.noted] == [("render-0", False)]
-    assert "was killed by SIGKILL" in cared.noted[0].reason
-    assert [health.restarts for health in cared.supervisor.health()] == [1]
+    assert [(restart.process, restart.planned) for restart in supervised.noted] == [("render-0", False)]
+    assert "was killed by SIGKILL" in supervised.noted[0].reason
+    assert [health.restarts for health in supervised.supervisor.health()] == [1]
 
 
-def test_the_first_look_after_a_death_starts_the_successor(care, launch):
-    cared = care()
-    first = cared.start_ready(launch("serves_nothing"))
+def test_the_first_look_after_a_death_starts_the_successor(supervise, launch):
+    supervised = supervise()
+    first = supervised.start_ready(launch("serves_nothing"))
     first.kill()
     assert first.wait(PATIENCE)
-    cared.supervisor.look()
-    assert cared.current(first).pid != first.pid
+    supervised.supervisor.poll()
+    assert supervised.current(first).pid != first.pid
 
 
 @pytest.mark.slow
-def test_a_stopped_worker_is_killed_and_replaced(care, launch):
-    cared = care(IMPATIENT)
-    first = cared.start_ready(launch("serves_nothing"))
+def test_a_stopped_worker_is_killed_and_replaced(supervise, launch):
+    supervised = supervise(IMPATIENT)
+    first = supervised.start_ready(launch("serves_nothing"))
     os.kill(first.pid, signal.SIGSTOP)
-    cared.look_until_replaced(first)
+    supervised.poll_until_replaced(first)
     assert first.exit_code == -signal.SIGKILL
-    assert "render-0 hung (not heard of for 1 s) and was killed" in cared.noted[0].reason
+    assert "render-0 hung (silent for 1 s) and was killed" in supervised.noted[0].reason
 
 
 @pytest.mark.slow
-def test_an_agent_that_was_stopped_before_it_was_ever_heard_of_is_killed_and_replaced(care, tmp_path):
-    cared = care(IMPATIENT)
-    first = cared.supervisor.start(agent("import time; time.sleep(600)"), lambda: False)
+def test_an_agent_that_was_stopped_before_it_was_ever_heard_of_is_killed_and_replaced(supervise, tmp_path):
+    supervised = supervise(IMPATIENT)
+    first = supervised.supervisor.start(agent("import time; time.sleep(600)"), lambda: False)
     os.kill(first.pid, signal.SIGSTOP)
-    cared.look_until(lambda: cared.noted)
+    supervised.poll_until(lambda: supervised.noted)
     assert first.exit_code == -signal.SIGKILL
-    assert cared.current(first).is_running
+    assert supervised.current(first).is_running
 
 
 @pytest.mark.slow
-def test_a_worker_in_an_endless_handler_is_killed_and_replaced_though_it_answers_pings(care, launch):
-    cared = care(Timeouts(heartbeat=0.1, startup=30.0, liveness=20.0, progress=0.5))
+def test_a_worker_in_an_endless_handler_is_killed_and_replaced_though_it_answers_pings(supervise, launch):
+    supervised = supervise(Timeouts(heartbeat=0.1, startup=30.0, liveness=20.0, progress=0.5))
     hangs = launch("hangs_in_a_handler")
-    first = cared.start_ready(hangs)
+    first = supervised.start_ready(hangs)
     with asking(hangs) as client:
         pending = client.submit(SampleScene(seed=1, split="train"))
-        cared.look_until(lambda: cared.noted)
+        supervised.poll_until(lambda: supervised.noted)
         pending.cancel()
     assert first.exit_code == -signal.SIGKILL
-    assert "got nothing done for 0.5 s, with work in hand" in cared.noted[0].reason
+    assert "made no progress for 0.5 s with requests in hand" in supervised.noted[0].reason
 
 
 @pytest.mark.slow
-def test_a_slow_worker_is_left_alone(care, launch):
-    cared = care(Timeouts(heartbeat=0.1, startup=30.0, liveness=20.0, progress=3.0))
+def test_a_slow_worker_is_left_alone(supervise, launch):
+    supervised = supervise(Timeouts(heartbeat=0.1, startup=30.0, liveness=20.0, progress=3.0))
     slow = launch("samples", "0.5")
-    first = cared.start_ready(slow)
+    first = supervised.start_ready(slow)
     with asking(slow) as client:
         answers = [client.submit(SampleScene(seed=seed, split="train")) for seed in range(8)]
-        cared.look_until(lambda: all(answer.done() for answer in answers))
-    assert cared.current(first).pid == first.pid
-    assert cared.noted == []
+        supervised.poll_until(lambda: all(answer.done() for answer in answers))
+    assert supervised.current(first).pid == first.pid
+    assert supervised.noted == []
 
 
 @pytest.mark.slow
-def test_a_worker_that_ends_by_itself_is_started_again(care, launch):
-    cared = care()
-    first = cared.start_ready(launch("serves_nothing"))
+def test_a_worker_that_ends_by_itself_is_started_again(supervise, launch):
+    supervised = supervise()
+    first = supervised.start_ready(launch("serves_nothing"))
     first.ask_to_stop()
-    cared.look_until_replaced(first)
-    assert "ended with exit code 0" in cared.noted[0].reason
+    supervised.poll_until_replaced(first)
+    assert "ended with exit code 0" in supervised.noted[0].reason
 
 
-def test_a_worker_that_can_never_work_is_not_started_again(care, launch):
-    cared = care()
-    cared.supervisor.start(launch("dies_at_start"))
+def test_a_worker_that_can_never_work_is_not_started_again(supervise, launch):
+    supervised = supervise()
+    supervised.supervisor.start(launch("dies_at_start"))
     with pytest.raises(ProcessFailed, match=r"render-0 ended with exit code 2: bodies-v1.npz is missing"):
-        cared.look_until(lambda: False)
-    assert cared.noted == []
+        supervised.poll_until(lambda: False)
+    assert supervised.noted == []
 
 
-def test_a_spent_budget_ends_everything_with_the_reason_and_the_last_words(care, python_launch):
-    cared = care(max_restarts=2, window=60.0, initial_backoff=0.1)
-    cared.supervisor.start(python_launch("print('out of paint'); raise SystemExit(3)", address="ipc:///tmp/none"))
-    said = r"render-0 ended with exit code 3: out of paint .*; it was started again 2 times within 60 s already"
+def test_a_spent_budget_ends_everything_with_the_reason_and_the_last_words(supervise, python_launch):
+    supervised = supervise(max_restarts=2, window=60.0, initial_backoff=0.1)
+    supervised.supervisor.start(python_launch("print('out of paint'); raise SystemExit(3)", address="ipc:///tmp/none"))
+    said = r"render-0 ended with exit code 3: out of paint .*; it was restarted 2 times within 60 s already"
     with pytest.raises(RestartsExhausted, match=said):
-        cared.look_until(lambda: False)
-    assert len(cared.noted) == 2
+        supervised.poll_until(lambda: False)
+    assert len(supervised.noted) == 2
 
 
 @pytest.mark.slow
-def test_a_worker_that_never_gets_ready_runs_out_of_the_startup_clock(care, launch):
-    cared = care(Timeouts(heartbeat=0.1, startup=4.0))
-    cared.supervisor.start(launch("never_gets_ready"))
+def test_a_worker_that_never_gets_ready_runs_out_of_the_startup_clock(supervise, launch):
+    supervised = supervise(Timeouts(heartbeat=0.1, startup=4.0))
+    supervised.supervisor.start(launch("never_gets_ready"))
     with pytest.raises(
-        DeadlineExceeded, match=r"render-0 did not get ready within 4 s; .* said last: .*render-0.jsonl"
+        DeadlineExceeded, match=r"render-0 did not get ready within 4 s; .*the last line of its log: .*render-0.jsonl"
     ):
-        cared.look_until(lambda: False)
+        supervised.poll_until(lambda: False)
 
 
 @pytest.mark.slow
-def test_a_worker_is_replaced_after_so_many_requests_and_no_request_is_lost(care, launch):
-    cared = care(recycle_requests=5, max_restarts=1)
+def test_a_worker_is_replaced_after_so_many_requests_and_no_request_is_lost(supervise, launch):
+    supervised = supervise(recycle_requests=5, max_restarts=1)
     samples = launch("samples")
-    cared.start_ready(samples)
+    supervised.start_ready(samples)
     with asking(samples) as client:
         seeds = range(12)
         answers = [client.submit(SampleScene(seed=seed, split="train")) for seed in seeds]
-        cared.look_until(lambda: all(answer.done() for answer in answers))
+        supervised.poll_until(lambda: all(answer.done() for answer in answers))
         assert [answer.result().scene.pose.kind for answer in answers] == [seed % 8 for seed in seeds]
-        cared.look_until(lambda: cared.noted and cared.supervisor.is_ready("render-0"))
-    assert all(restart.planned for restart in cared.noted)
-    assert "requests and is replaced" in cared.noted[0].reason
-    assert [health.restarts for health in cared.supervisor.health()] == [0]
+        supervised.poll_until(lambda: supervised.noted and supervised.supervisor.is_ready("render-0"))
+    assert all(restart.planned for restart in supervised.noted)
+    assert "requests and is replaced" in supervised.noted[0].reason
+    assert [health.restarts for health in supervised.supervisor.health()] == [0]
 
 
 @pytest.mark.slow
-def test_a_worker_is_replaced_once_it_takes_too_much_memory_but_not_before_it_worked(care, launch):
-    cared = care(recycle_bytes=1, max_restarts=1)
+def test_a_worker_is_replaced_once_it_takes_too_much_memory_but_not_before_it_worked(supervise, launch):
+    supervised = supervise(recycle_bytes=1, max_restarts=1)
     samples = launch("samples")
-    first = cared.start_ready(samples)
+    first = supervised.start_ready(samples)
     for _ in range(20):
-        cared.supervisor.look()
+        supervised.supervisor.poll()
         time.sleep(0.02)
-    assert cared.noted == []
+    assert supervised.noted == []
     with asking(samples) as client:
         client.call(SampleScene(seed=1, split="train"))
-    cared.look_until_replaced(first)
-    assert "takes" in cared.noted[0].reason
+    supervised.poll_until_replaced(first)
+    assert "takes" in supervised.noted[0].reason
     assert first.exit_code == 0
 
 
 @pytest.mark.slow
-def test_workers_are_replaced_one_after_the_other(care, launch):
-    cared = care(recycle_requests=1)
+def test_workers_are_replaced_one_after_the_other(supervise, launch):
+    supervised = supervise(recycle_requests=1)
     workers = [launch("samples", name=name) for name in ("render-0", "render-1")]
     for worker in workers:
-        cared.start_ready(worker)
+        supervised.start_ready(worker)
     with asking(workers[0]) as first, asking(workers[1]) as second:
         for client in (first, second):
             client.call(SampleScene(seed=1, split="train"))
     states = Counter()
 
     def look() -> bool:
-        states[tuple(cared.supervisor.is_ready(worker.name) for worker in workers)] += 1
-        return len(cared.noted) == 2
+        states[tuple(supervised.supervisor.is_ready(worker.name) for worker in workers)] += 1
+        return len(supervised.noted) == 2
 
-    cared.look_until(look)
+    supervised.poll_until(look)
     assert states[False, False] == 0
 
 
@@ -240,65 +240,65 @@ def agent(code: str) -> Launch:
     return Launch(name="agent", role=Role.AGENT, command=(sys.executable, "-c", code))
 
 
-def test_an_agent_is_started_again_until_its_work_is_done(care, tmp_path):
+def test_an_agent_is_started_again_until_its_work_is_done(supervise, tmp_path):
     done = tmp_path / "done"
-    cared = care()
+    supervised = supervise()
     code = f"import pathlib, os; p = pathlib.Path({str(done)!r}); p.touch() if p.with_name('once').exists() else None; "
     code += "p.with_name('once').touch(); os.kill(os.getpid(), 9) if not p.exists() else None"
-    cared.supervisor.start(agent(code), lambda: done.exists())
-    cared.look_until(lambda: cared.supervisor.is_over("agent"))
-    assert [restart.process for restart in cared.noted] == ["agent"]
+    supervised.supervisor.start(agent(code), lambda: done.exists())
+    supervised.poll_until(lambda: supervised.supervisor.is_over("agent"))
+    assert [restart.process for restart in supervised.noted] == ["agent"]
 
 
-def test_an_agent_that_ends_in_peace_before_its_work_is_done_is_started_again(care, tmp_path):
-    cared = care(max_restarts=1)
-    cared.supervisor.start(agent("pass"), lambda: False)
+def test_an_agent_that_ends_in_peace_before_its_work_is_done_is_started_again(supervise, tmp_path):
+    supervised = supervise(max_restarts=1)
+    supervised.supervisor.start(agent("pass"), lambda: False)
     with pytest.raises(RestartsExhausted, match="agent ended with exit code 0 without a word"):
-        cared.look_until(lambda: False)
+        supervised.poll_until(lambda: False)
 
 
-def test_an_agent_that_fails_after_its_work_was_written_is_started_again(care):
-    cared = care(max_restarts=1)
-    cared.supervisor.start(agent("raise SystemExit(3)"), lambda: True)
-    cared.look_until(lambda: cared.noted)
-    assert not cared.supervisor.is_over("agent")
+def test_an_agent_that_fails_after_its_work_was_written_is_started_again(supervise):
+    supervised = supervise(max_restarts=1)
+    supervised.supervisor.start(agent("raise SystemExit(3)"), lambda: True)
+    supervised.poll_until(lambda: supervised.noted)
+    assert not supervised.supervisor.is_over("agent")
 
 
 @pytest.mark.slow
-def test_what_was_left_behind_is_taken_up_and_looked_after(care, launch, tmp_path):
+def test_an_orphan_is_adopted_and_supervised(supervise, launch, tmp_path):
     wanted = launch("serves_nothing")
     earlier = WorkerProcess.start(wanted, tmp_path / "render-0.jsonl", {})
-    cared = care(left_behind=LeftBehind((), [wanted], {"render-0"}))
-    taken = cared.start_ready(wanted)
+    supervised = supervise(orphans=Orphans((), [wanted], {"render-0"}))
+    taken = supervised.start_ready(wanted)
     assert taken.pid == earlier.pid
     os.kill(earlier.pid, signal.SIGKILL)
     assert earlier.wait(PATIENCE)
-    cared.look_until_replaced(taken)
-    assert "render-0 has ended" in cared.noted[0].reason
+    supervised.poll_until_replaced(taken)
+    assert "render-0 has ended" in supervised.noted[0].reason
 
 
 @pytest.mark.slow
-def test_a_stopped_worker_that_was_left_behind_is_found_out(care, launch, tmp_path, wait_until):
+def test_a_stopped_orphan_is_detected(supervise, launch, tmp_path, wait_until):
     wanted = launch("serves_nothing")
     earlier = WorkerProcess.start(wanted, tmp_path / "render-0.jsonl", {})
     wait_until(lambda: Path(str(wanted.address).removeprefix("ipc://")).exists())
     os.kill(earlier.pid, signal.SIGSTOP)
-    cared = care(IMPATIENT, LeftBehind((), [wanted], {"render-0"}))
-    taken = cared.supervisor.start(wanted)
-    cared.look_until_replaced(taken)
+    supervised = supervise(IMPATIENT, Orphans((), [wanted], {"render-0"}))
+    taken = supervised.supervisor.start(wanted)
+    supervised.poll_until_replaced(taken)
     assert earlier.exit_code == -signal.SIGKILL
 
 
-def test_an_adopted_agent_is_done_when_its_work_is_there(care, tmp_path):
+def test_an_adopted_agent_is_done_when_its_work_is_there(supervise, tmp_path):
     done = tmp_path / "done"
     working = agent(f"import pathlib, time\nwhile not pathlib.Path({str(done)!r}).exists(): time.sleep(0.02)")
     earlier = WorkerProcess.start(working, tmp_path / "agent.jsonl", {})
-    cared = care(left_behind=LeftBehind((), [working], {"agent"}))
-    assert cared.supervisor.start(working, lambda: done.exists()).pid == earlier.pid
+    supervised = supervise(orphans=Orphans((), [working], {"agent"}))
+    assert supervised.supervisor.start(working, lambda: done.exists()).pid == earlier.pid
     done.touch()
     assert earlier.wait(PATIENCE)
-    cared.look_until(lambda: cared.supervisor.is_over("agent"))
-    assert cared.noted == []
+    supervised.poll_until(lambda: supervised.supervisor.is_over("agent"))
+    assert supervised.noted == []
 
 
 def test_an_agent_whose_workers_elsewhere_are_gone_is_not_taken_for_one_that_never_begins(tmp_path):
@@ -316,9 +316,9 @@ def test_an_agent_whose_workers_elsewhere_are_gone_is_not_taken_for_one_that_nev
     ):
         agent_process = supervisor.start(agent("import time; time.sleep(600)"), lambda: False)
         for _ in range(50):
-            supervisor.look()
+            supervisor.poll()
         assert (agent_process.is_running, noted) == (True, [])
         absent.clear()
         for _ in range(50):
-            supervisor.look()
+            supervisor.poll()
         assert agent_process.wait(PATIENCE)

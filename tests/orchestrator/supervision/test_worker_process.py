@@ -29,11 +29,11 @@ def test_a_process_gets_the_environment_of_the_run(tmp_path, python_launch):
     assert process.log.read_text() == "1 True\n"
 
 
-def test_an_obituary_names_the_process_its_end_its_last_error_and_its_log(tmp_path, worker_launch):
+def test_an_exit_reason_names_the_process_its_end_its_last_error_and_its_log(tmp_path, worker_launch):
     process = started(worker_launch("dies_at_start"), tmp_path)
     assert process.wait(30.0)
     said = "bodies-v1.npz is missing; make it with 'orchestrator bodies bake'"
-    assert process.obituary() == f"render-0 ended with exit code 2: {said} (log: {process.log})"
+    assert process.exit_reason() == f"render-0 ended with exit code 2: {said} (log: {process.log})"
 
 
 def test_an_error_counts_more_than_what_was_said_after_it(tmp_path, python_launch):
@@ -49,12 +49,12 @@ def test_a_crash_is_quoted_by_its_last_line(tmp_path, python_launch):
     assert process.last_words() == "RuntimeError: no such luck"
 
 
-def test_who_was_killed_had_no_last_words(tmp_path, python_launch, wait_until):
+def test_the_exit_reason_of_a_killed_process_quotes_no_log_line(tmp_path, python_launch, wait_until):
     process = started(python_launch("import time; print('all is well', flush=True); time.sleep(600)"), tmp_path)
     wait_until(lambda: process.last_words() is not None)
     process.kill()
     assert process.wait(30.0)
-    assert process.obituary() == f"render-0 was killed by SIGKILL (log: {process.log})"
+    assert process.exit_reason() == f"render-0 was killed by SIGKILL (log: {process.log})"
 
 
 def test_long_last_words_are_cut(tmp_path, python_launch):
@@ -68,7 +68,7 @@ def test_the_words_of_an_earlier_process_are_not_taken_for_this_ones(tmp_path, p
     process = started(python_launch("pass"), tmp_path)
     assert process.wait(30.0)
     assert process.last_words() is None
-    assert "without a word" in process.obituary()
+    assert "without a word" in process.exit_reason()
     assert process.log.read_text() == "earlier\n"
 
 

@@ -22,8 +22,8 @@ def test_each_new_process_of_a_name_is_a_restart(rehearsed, start):
     start("agent", Role.AGENT)
     for _ in range(3):
         start("render-0", Role.RENDER)
-        rehearsed.look()
-        rehearsed.look()
+        rehearsed.poll()
+        rehearsed.poll()
     assert rehearsed.children.restarts == {"agent": 0, "render-0": 2}
 
 

@@ -1,4 +1,4 @@
-"""A signal to one process of a role, after which another has its name."""
+"""A signal to one process of a role, after which it has to be replaced."""
 
 import signal
 
@@ -10,13 +10,13 @@ from orchestrator.run.run_directory import ProcessRecord
 from protocol.messages import Role
 
 
-class Strike(Scenario):
-    """A process is hit so that it has to be replaced; nobody else is to be.
+class ProcessSignal(Scenario):
+    """A signal after which a process has to be replaced, and no other process.
 
     Args:
-        role: whose processes one is drawn from, by `chance`.
-        number: what it is sent.
-        event: what that is to it, in a word.
+        role: the role of the process; `chance` chooses one.
+        number: the signal.
+        event: the effect of the signal, as a word for messages.
     """
 
     def __init__(self, role: Role, chance: float, number: signal.Signals, event: str) -> None:
@@ -26,24 +26,24 @@ class Strike(Scenario):
         self._event = event
 
     def setup(self, run: RehearsedRun) -> None:
-        """Choose whom."""
+        """Choose the process."""
         self._victim = run.member(self._role, self._chance)
         self._others = without(self._victim, run.children.alive())
 
     def fault(self, run: RehearsedRun) -> float:
-        """Send it the signal."""
+        """Send the signal."""
         send(self._victim, self._number)
         return run.now()
 
     def recovered(self, run: RehearsedRun) -> bool:
-        """Whether it was replaced."""
+        """Whether the process was replaced."""
         return run.successor(self._victim) is not None
 
     def invariant(self, run: RehearsedRun) -> None:
-        """It costs no other process anything."""
+        """No other process was replaced."""
         require_unhurt(self._others, by=f"the {self._event} of {self._victim.name}")
 
 
 def without(process: ProcessRecord, processes: tuple[ProcessRecord, ...]) -> tuple[ProcessRecord, ...]:
-    """All the others."""
+    """All processes except one."""
     return tuple(other for other in processes if other != process)
