@@ -60,15 +60,15 @@ class _Section(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class TimeoutsConfig(_Section, frozen=True):
-    """Seconds; none of them changes what a training comes to.
+    """Seconds; none of them changes the result of a training.
 
     Attributes:
         call: bounds one request from send to reply, retries included.
-        startup: a worker's imports, shaders, models, once.
-        heartbeat: between two pings.
-        liveness: a worker that answered no ping for this long hangs.
-        progress: one that answers pings, has work in hand and answered none of it for this long hangs as well.
-        grace: how long workers and agent go on without their orchestrator before they end by themselves.
+        startup: from the first try to reach a worker until it is ready (imports, shaders, models).
+        heartbeat: between two pings to a worker that holds requests.
+        liveness: a worker that answers no ping for this long hangs.
+        progress: a worker that answers pings but none of its requests for this long hangs as well.
+        grace: how long workers and agent continue without their orchestrator before they end by themselves.
     """
 
     call: Duration = 30.0
