@@ -294,9 +294,9 @@ class Dispatcher:
     def _relieve_suspects(self) -> None:
         """Give what a worker holds that hangs to others; while there are none, it may still answer."""
         for suspect in self._connections:
-            if suspect.suspicion is not None and any(one.takes_calls for one in self._connections):
-                for call in suspect.take_back():
-                    call.trouble = f"{suspect.name} was given up: {suspect.suspicion}"
+            if suspect.health.suspicion is not None and any(one.takes_calls for one in self._connections):
+                for call in suspect.take_movable():
+                    call.trouble = f"{suspect.name} was given up: {suspect.health.suspicion}"
                     self._lose(call)
 
     def _give_up(self, call: Call) -> None:
@@ -351,7 +351,7 @@ def _reluctance(connection: Connection, call: Call) -> tuple[bool, bool, int, fl
     """Smallest for the connection that the call should go to."""
     return (
         call.shunned == connection.address,
-        bool(connection.lacks),
-        len(connection.outstanding),
+        bool(connection.health.lacks),
+        len(connection.held),
         connection.used,
     )
