@@ -22,7 +22,7 @@ from protocol.incarnation import new_incarnation
 from protocol.messages import AT_WORK, Dismiss, Role, State, WorkerRecord
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import KEY_VARIABLE, security_from
-from protocol.server.membership import Membership
+from protocol.server.registration import Registration
 from protocol.timeouts import Timeouts
 from protocol.transport.address import host_of
 
@@ -92,7 +92,7 @@ class JoinedHost:
         record = WorkerRecord(
             role=Role.AGENT, address="", incarnation=join.incarnation, state=State.READY, name=run, pid=os.getpid()
         )
-        self._membership = Membership(
+        self._registration = Registration(
             join.address,
             describe=lambda: record,
             # It never comes to that: `check` says when the host is gone, and the startup clock, when it does not come.
@@ -101,7 +101,7 @@ class JoinedHost:
             security=join.security,
         )
         for role in NEEDED:
-            self._membership.lookup(role)
+            self._registration.lookup(role)
 
     def __enter__(self) -> Self:
         return self
@@ -109,15 +109,15 @@ class JoinedHost:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        self._membership.close()
+        self._registration.close()
 
     def lookup(self, role: Role) -> tuple[WorkerRecord, ...]:
         """Who of a role is in the host's table, as it said last. Agents are none of ours."""
-        return self._membership.lookup(role) if role in NEEDED else ()
+        return self._registration.lookup(role) if role in NEEDED else ()
 
     def follow(self, pool: Pool, role: Role) -> None:
         """Keep a pool's addresses as the host's table has them."""
-        self._membership.follow(pool, role)
+        self._registration.follow(pool, role)
 
     def lacks(self, role: Role) -> bool:
         """Whether nobody of a role can work, of those whom a run needs."""
@@ -130,7 +130,7 @@ class JoinedHost:
 
     def check(self) -> None:
         """Raise `HostLost` if the host has been silent for so long that its workers are about to end."""
-        contact = self._membership.contact
+        contact = self._registration.contact
         if contact.silence >= self._grace:
             raise HostLost(
                 f"the host at {self._address} is gone for {self._grace:g} s (timeouts.grace), and without one its "
@@ -143,7 +143,7 @@ class JoinedHost:
         Raises:
             NotPermitted, VersionMismatch, WrongRole: it is no host to work with.
         """
-        contact = self._membership.contact
+        contact = self._registration.contact
         if isinstance(contact.trouble, _HOPELESS):
             raise contact.trouble
         if not contact.ever:

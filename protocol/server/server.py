@@ -27,7 +27,8 @@ from protocol.observer import NOBODY, Observer, handled, refused
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.guard import guard_of
 from protocol.server.listener import Job, Listener
-from protocol.server.worker_registration import WorkerRegistration, registered
+from protocol.server.registration_settings import RegistrationSettings
+from protocol.server.worker_registration import registered
 from protocol.system.priority import let_others_go_first
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 from protocol.transport.sockets import Context, bind_router, open_context
@@ -53,7 +54,7 @@ def serve(
     timeouts: Timeouts = DEFAULT_TIMEOUTS,
     limits: Limits = DEFAULT_LIMITS,
     context: Context | None = None,
-    membership: WorkerRegistration | None = None,
+    registration: RegistrationSettings | None = None,
     failpoint: Failpoint = no_failpoint,
     security: Security = LOCAL_ONLY,
     observer: Observer = NOBODY,
@@ -69,7 +70,7 @@ def serve(
     Args:
         computes: whether handlers take long. Then the priority of the calling thread is lowered, for good, so that
             threads that carry messages go before it.
-        membership: the orchestrator that the worker registers with; without one it works alone.
+        registration: the orchestrator that the worker registers with; without one it works alone.
         failpoint: reached at `reply-render`, or whatever the role is, before a reply is handed over.
         security: the keys to be spoken to under, and to speak with the orchestrator; without any, only within this
             machine.
@@ -101,10 +102,10 @@ def serve(
             pool.watch()
         _log.info("%s listens at %s", role, bind, extra={"incarnation": listener.incarnation})
         hand_over(listener.drain)
-        enrolling = nullcontext() if membership is None else registered(membership, listener, bind, timeouts, security)
+        registering = registered(registration, listener, bind, timeouts, security) if registration else nullcontext()
         with _drain_by_signal(listener):
             load = partial(_load_low, start) if computes else start
-            _run(listener, load, enrolling, concurrency, partial(failpoint, f"reply-{role}"))
+            _run(listener, load, registering, concurrency, partial(failpoint, f"reply-{role}"))
         _log.info("%s at %s has ended", role, bind)
 
 
@@ -117,7 +118,7 @@ def _load_low(start: Callable[[], Handlers]) -> Handlers:
 def _run(
     listener: Listener,
     load: Callable[[], Handlers],
-    enrolling: AbstractContextManager[None],
+    registering: AbstractContextManager[None],
     concurrency: int,
     before_reply: Callable[[], None],
 ) -> None:
@@ -125,7 +126,7 @@ def _run(
     listener.observer.attend(listener)
     listener.start()
     try:
-        with enrolling:
+        with registering:
             with _interruption_by_signal():
                 handlers = load()
             listener.ready()

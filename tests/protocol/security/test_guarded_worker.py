@@ -23,7 +23,7 @@ from protocol.messages import (
     Workers,
 )
 from protocol.security import read_key
-from protocol.server.worker_registration import WorkerRegistration
+from protocol.server.registration_settings import RegistrationSettings
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry
 from tests.protocol.processes.bare_client import bare_client
@@ -238,8 +238,8 @@ def test_the_table_tells_a_worker_s_key_and_where_it_is_reached(deployment):
     seen: list[WorkerRecord] = []
     handlers = {Register: lambda request: (seen.append(request.worker), Registered())[1], Lookup: REGISTRY[Lookup]}
     with deployment.serving(handlers, role=Role.ORCHESTRATOR) as registry:
-        membership = WorkerRegistration(registry, "gpu-box", advertised="tcp://gpu-box:5601")
-        with deployment.serving(membership=membership):
+        registration = RegistrationSettings(registry, "gpu-box", advertised="tcp://gpu-box:5601")
+        with deployment.serving(registration=registration):
             wait_until(lambda: seen)
     assert seen[0].address == "tcp://gpu-box:5601"
     assert seen[0].key == deployment.public("render")
