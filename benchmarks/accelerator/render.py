@@ -12,7 +12,6 @@ from orchestrator.pictures.view import camera_at
 from protocol.camera import Camera
 from protocol.config import RunConfig
 from protocol.frame import Frame
-from protocol.messages import Render
 from protocol.scene import Scene
 from render_worker.assets import assets_path, load_assets
 from render_worker.opengl import OpenGlRenderer
@@ -38,10 +37,9 @@ def rendered(renderer: OpenGlRenderer, count: int) -> tuple[list[Frame], list[Fr
     """The first frame of every scene, which also uploads it, and then every view."""
     first, found = list[Frame](), list[Frame]()
     for number, (scene, camera) in enumerate(views(count)):
-        request = Render(scene=scene, camera=camera)
         if number % VIEWS == 0:
-            first.append(renderer.render(request))
-        found.append(renderer.render(request))
+            first.append(renderer.render(scene, camera))
+        found.append(renderer.render(scene, camera))
     return first, found
 
 
