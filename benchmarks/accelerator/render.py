@@ -49,14 +49,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     cv2.setNumThreads(1)
     config = RunConfig().render
     with closing(OpenGlRenderer(load_assets(assets_path(config.bodies)), threads=config.threads)) as renderer:
-        # Asked before anything is drawn: afterwards the thread has no current context that could tell.
-        device = renderer.device
         first, found = rendered(renderer, options.count)
     arrays = {"rgb": np.stack([one.rgb for one in found]), "depth": np.stack([one.depth for one in found])}
     hand_over(
         Measured(
-            device=device,
-            on_gpu=not any(name in device.lower() for name in SOFTWARE),
+            device=renderer.device,
+            on_gpu=not any(name in renderer.device.lower() for name in SOFTWARE),
             seconds={
                 "render, first of a scene": [one.timings["render"] for one in first],
                 "render": [one.timings["render"] for one in found],

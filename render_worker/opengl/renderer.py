@@ -57,9 +57,12 @@ class OpenGlRenderer:
         self._drawing_now = threading.Lock()
         self._context = _open_context(threads)
         self._finish = finish_function()
-        programs = _compile(self._context)
-        self._drawing = Drawing(self._context, programs)
-        self._staging = Staging(self._context, programs, assets)
+        # A new context is current in this thread until it is left once; until then no other thread can draw.
+        with self._context:
+            self._device = str(self._context.info["GL_RENDERER"])
+            programs = _compile(self._context)
+            self._drawing = Drawing(self._context, programs)
+            self._staging = Staging(self._context, programs, assets)
         # What drops out of a cache is given back to OpenGL by the context's own collection.
         self._grounds = lru_cache(_SURROUNDINGS_KEPT)(self._staging.ground)
         self._backdrops = lru_cache(_SURROUNDINGS_KEPT)(self._staging.backdrops)
@@ -69,7 +72,7 @@ class OpenGlRenderer:
     @property
     def device(self) -> str:
         """What draws, in the driver's words."""
-        return str(self._context.info["GL_RENDERER"])
+        return self._device
 
     def render(self, scene: Scene, camera: Camera, *, region: Region | None = None, truth: bool = False) -> Frame:
         """Draw one frame; see `Renderer.render`."""
