@@ -189,7 +189,7 @@ class CameraConfig(_Section, frozen=True):
 
 
 class EnvironmentConfig(_Section, frozen=True):
-    """`vantage/Hover-v0` (seed, section 4.3.1). Lengths in metres, times in seconds.
+    """`vantage/Hover-v0` (thesis, section 4.3.1). Lengths in metres, times in seconds.
 
     Attributes:
         beta: weight of uncertainty against distance in the reward grows from 1 - 1/beta to 1 over an episode.
@@ -238,7 +238,7 @@ class EnvironmentConfig(_Section, frozen=True):
 
 
 class SacConfig(_Section, frozen=True):
-    """Soft actor-critic (seed, section 4.3.2).
+    """Soft actor-critic (thesis, section 4.3.2).
 
     Attributes:
         buffer_size: transitions kept; `batch_size`: drawn from them for an update.
@@ -345,7 +345,7 @@ class RunConfig(_Section, frozen=True):
     """All that a run depends on, but the machines it runs on.
 
     Attributes:
-        profile: whose choices count where a field is left at `auto`: the seed's, or ours where they measured better.
+        profile: whose choices count where a field is left at `auto`: the thesis's, or ours where they measured better.
         artifacts: sha256 of files, each by the name of the setting that takes its path. A run's own copy has that of
             every file, and with another one the run is not gone on with.
     """

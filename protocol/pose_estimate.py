@@ -24,12 +24,12 @@ from protocol.quantities import Measured
 from protocol.skeleton import JOINT_COUNT
 
 Lifting: TypeAlias = Literal["mean", "median", "nearest"]
-"""What of the depths in the 7×7 pixels around a keypoint is taken for the joint's: their mean (seed, section 3.2),
+"""What of the depths in the 7×7 pixels around a keypoint is taken for the joint's: their mean (thesis, section 3.2),
 their median, or the mean of the surface in front."""
 
 FilterRule: TypeAlias = Literal["quality", "variance"]
-"""By what a filter tells an observation's noise: 1 - its quality, taken for m² (seed, section 3.3.4), or the variance
-that a learned lifter gives it."""
+"""Where a filter takes an observation's noise from: 1 - its quality, taken for m² (thesis, section 3.3.4), or the
+variance that a learned lifter gives it."""
 
 INITIAL_VARIANCE = 1.0
 BASE_PROCESS_NOISE = 0.01
@@ -40,7 +40,7 @@ BASE_PROCESS_NOISES: Mapping[FilterRule, float] = {"quality": BASE_PROCESS_NOISE
 
 
 class FilterState(Value, frozen=True, eq=False):
-    """The Kalman filter over 18 joints at rest (seed, section 3.3.4). It travels: out with a request, back updated.
+    """The Kalman filter over 18 joints at rest (thesis, section 3.3.4). It travels: out with a request, back updated.
 
     Attributes:
         mean: (18, 3) world frame, metres.
@@ -101,7 +101,7 @@ class PoseEstimate(Reply, frozen=True, eq=False, kw_only=True):
         keypoints: (18, 2) pixels x, y in the frame; NaN where a joint was not detected.
         points: (18, 3) world frame, metres; NaN where a joint was not located. A learned lifter locates all joints of
             whoever is found, those that were not detected as well: these are `inferred`.
-        mass, height, distance, quality: (18,) in [0, 1], 1 is best (seed, section 3.3); 0 where not detected.
+        mass, height, distance, quality: (18,) in [0, 1], 1 is best (thesis, section 3.3); 0 where not detected.
         filter: the state to send with the next frame.
         heatmaps: (19, rows, columns) the network's output, where it was asked for.
         heatmap_area: left, top, width and height, in pixels, of the part of the frame that the heatmaps cover.

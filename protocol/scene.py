@@ -25,7 +25,7 @@ TRAIN_IDENTITIES = range(40)
 TEST_IDENTITIES = range(40, 60)
 TRAIN_POSES = range(6)
 TEST_POSES = range(8)
-"""Poses 6 and 7 are never seen in training (seed, section 4.3.4)."""
+"""Poses 6 and 7 are never seen in training (thesis, section 4.3.4)."""
 
 Identity: TypeAlias = Annotated[int, Meta(ge=0, lt=60)]
 PoseKind: TypeAlias = Annotated[int, Meta(ge=0, lt=8)]

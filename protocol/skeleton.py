@@ -89,7 +89,7 @@ _UPPER_BODY_WEIGHTS: dict[Joint, float] = {
 
 
 def upper_body_weights() -> Float64Array:
-    """(18,) weights of the joints that a handover needs; they sum to 10. Source: seed, section 4.3.5."""
+    """(18,) weights of the joints that a handover needs; they sum to 10. Source: thesis, section 4.3.5."""
     return np.array([_UPPER_BODY_WEIGHTS.get(joint, 0.0) for joint in Joint])
 
 
@@ -99,6 +99,6 @@ def weighted_uncertainty(quality: Float64Array) -> float:
     Args:
         quality: (18,) combined quality of each joint, in [0, 1].
 
-    Source: seed, section 4.3.5.
+    Source: thesis, section 4.3.5.
     """
     return float(upper_body_weights() @ (1.0 - quality))

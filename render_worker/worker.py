@@ -123,7 +123,8 @@ def draw(request: Render, renderer: Renderer) -> Frame:
     """
     area = request.region or Region.seen_by(request.camera.intrinsics)
     require_picture_travels(area.width, area.height)
-    frame, begun = renderer.render(request), time.perf_counter()
+    frame = renderer.render(request.scene, request.camera, region=request.region, truth=request.truth)
+    begun = time.perf_counter()
     packed = pack(frame, request.encoding)
     if packed is frame:
         return frame
@@ -143,4 +144,4 @@ def warm_up(renderer: Renderer) -> None:
     """Draw once, so that shaders are compiled before the first request waits for them."""
     view = CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0))
     camera = Camera(view, Intrinsics.from_horizontal_fov(64, 48, 70.0))
-    renderer.render(Render(scene=sample_scene(0, "train"), camera=camera))
+    renderer.render(sample_scene(0, "train"), camera)

@@ -1,4 +1,4 @@
-"""`vantage/Hover-v0`: fly to where a person's pose is seen with certainty (seed, section 4.3)."""
+"""`vantage/Hover-v0`: fly to where a person's pose is seen with certainty (thesis, section 4.3)."""
 
 from typing import Any, SupportsIndex
 

@@ -146,9 +146,9 @@ def _names(table: pa.Table, column: str) -> AnyArray:
 
 
 def uncertainties(sample: Sample) -> dict[str, Estimates]:
-    """All that is compared: the seed's quality under each lifting, its components, and what a calibrated worker tells.
+    """All that is compared: the quality under each lifting, its components, and the errors of a calibrated worker.
 
-    Components and quality are taken as 1 - quality, and a missing joint has 1. Components go with the seed's lifting.
+    Components and quality are taken as 1 - quality, and a missing joint has 1. Components go with the thesis's lifting.
     Expected error and radius go with the configured lifting; a missing joint counts as `LARGEST_ERROR`. Those that a
     learned lifter inferred are not located.
     """

@@ -20,8 +20,8 @@ Each figure has its 95% interval by bootstrap over people (1000 resamples).
   the others.
 - *Clipped*: no joint's error counts as more than 1 m. *Joint*: over single located joints. *AUROC*: of an error above
   0.15 m.
-- *Quality* is taken as 1 − quality, with errors under the lifting that is named. A component alone goes with the seed's
-  mean.
+- *Quality* is taken as 1 − quality, with errors under the lifting that is named. A component alone goes with the
+  thesis's mean.
 """
 _CALIBRATED = """\
 - *Expected error* and *radius* are the calibrated worker's, under its own lifting ({lifting}); in *all*, a missing

@@ -15,7 +15,7 @@ from orchestrator.experiments.figures.correlation import pearson
 from orchestrator.experiments.figures.frames import Frames, all_joints, located_only
 from orchestrator.experiments.figures.observation_figures import QoeFigures, words
 from orchestrator.experiments.figures.sample import Estimates, Sample, uncertainties
-from orchestrator.experiments.targets.observation_targets import CALIBRATED, SEED
+from orchestrator.experiments.targets.observation_targets import CALIBRATED, THESIS
 from protocol.arrays import BoolArray, Float64Array
 from protocol.artifact import whole_file
 from protocol.skeleton import Joint
@@ -38,7 +38,7 @@ _LIFTING_SHADES = {"mean": "#8c8c8c", "median": "#e0a030", "nearest": "#1f4e79",
 def write_plots(folder: Path, samples: dict[str, Sample], figures: QoeFigures) -> None:
     """Draw everything that there is data for."""
     found = {noise: uncertainties(sample) for noise, sample in samples.items()}
-    names = [name for name in (SEED, CALIBRATED) if all(name in own for own in found.values())]
+    names = [name for name in (THESIS, CALIBRATED) if all(name in own for own in found.values())]
     write(folder / "scatter.png", scatter(samples, found, names))
     write(folder / "reliability.png", reliability(samples, found, names[-1]))
     write(folder / "rho.png", rho_by_place(samples, found, names))
@@ -163,7 +163,7 @@ def joint_errors(figures: QoeFigures) -> Picture:
 
 
 def _title(name: str) -> str:
-    return {SEED: "Seed's quality", CALIBRATED: "Calibrated expected error"}.get(name, name)
+    return {THESIS: "Thesis's quality", CALIBRATED: "Calibrated expected error"}.get(name, name)
 
 
 def _fitted_line(place: Axes, frames: Frames) -> None:

@@ -1,4 +1,4 @@
-"""What the figures are held against: the seed's claim as we read it, and what a calibrated uncertainty has to reach.
+"""What the figures are held against: the thesis's claim as we read it, and what a calibrated uncertainty has to reach.
 
 A learned lifter has to reach more, and places in space besides: see `lifting_targets`.
 """
@@ -9,17 +9,17 @@ from orchestrator.experiments.figures.observation_figures import Coverage, QoeFi
 from orchestrator.experiments.targets.lifting_targets import lifting_targets
 from orchestrator.experiments.targets.target import NOISE, Target
 
-SEED, CALIBRATED = "quality, mean", "expected error"
+THESIS, CALIBRATED = "quality, mean", "expected error"
 
 
 def targets(figures: QoeFigures) -> Iterator[Target]:
-    """Those of the seed's quality, and those of the learned lifter or of the calibration where there is one."""
-    if (seed := _score(figures, SEED, "all")) is not None:
-        yield Target(words="seed's quality: ρ of frames, all joints, clipped", value=seed.all_clipped.value, low=0.60)
-    if (near := _score(figures, SEED, "under 3 m")) is not None:
-        yield Target(
-            words="seed's quality: ρ of frames, located joints, raw, under 3 m", value=near.located_raw.value, low=0.50
-        )
+    """Those of the thesis's quality, and those of the learned lifter or of the calibration where there is one."""
+    if (thesis := _score(figures, THESIS, "all")) is not None:
+        words = "thesis's quality: ρ of frames, all joints, clipped"
+        yield Target(words=words, value=thesis.all_clipped.value, low=0.60)
+    if (near := _score(figures, THESIS, "under 3 m")) is not None:
+        words = "thesis's quality: ρ of frames, located joints, raw, under 3 m"
+        yield Target(words=words, value=near.located_raw.value, low=0.50)
     yield from lifting_targets(figures) if figures.lifted else _calibrated(figures)
 
 

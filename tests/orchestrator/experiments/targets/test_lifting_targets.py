@@ -69,7 +69,7 @@ def in_kinds() -> dict[tuple[str, str], Target]:
 
 
 def test_targets_in_the_kinds(in_kinds):
-    assert {(*name, round(one.value, 9), one.met) for name, one in in_kinds.items() if "seed" not in one.words} == {
+    assert {(*name, round(one.value, 9), one.met) for name, one in in_kinds.items() if "thesis" not in one.words} == {
         ("mean error, m: seen joints", "none", 0.05, True),
         ("mean error, m: seen wrists", "none", 0.11, False),
         ("mean error, m: inferred joints", "none", 0.09, True),
@@ -87,16 +87,16 @@ def test_targets_in_the_kinds(in_kinds):
     }
 
 
-def test_the_seeds_claim_is_held_against_every_table(in_kinds):
-    assert in_kinds["seed's quality: ρ of frames, all joints, clipped", "none"].value == pytest.approx(0.63)
+def test_the_thesis_s_claim_is_held_against_every_table(in_kinds):
+    assert in_kinds["thesis's quality: ρ of frames, all joints, clipped", "none"].value == pytest.approx(0.63)
     found = [one.words for one in targets(figures("families", lifted("sit", "seen", 0.06, 0.9)))]
-    assert found[0] == "seed's quality: ρ of frames, all joints, clipped"
+    assert found[0] == "thesis's quality: ρ of frames, all joints, clipped"
 
 
 def test_targets_in_families_are_those_of_the_worst_one():
     own = [lifted(family, sort, 0.05, 0.85) for family in ("crossed", "kneel") for sort in ("all", "seen")]
     own += [lifted("sit", "seen", 0.071, 0.7), lifted("sit", "all", 0.09, 0.79), lifted("all", "seen", 0.2, 0.2)]
-    error, coverage = [one for one in targets(figures("families", *own)) if "seed" not in one.words]
+    error, coverage = [one for one in targets(figures("families", *own)) if "thesis" not in one.words]
     assert (error.words, error.value, error.high) == (
         "the greatest mean error of a family, m: seen joints (sit)",
         0.071,
