@@ -53,11 +53,19 @@ class _Resolved(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 def load_config(path: Path) -> RunConfig:
-    """Read a configuration, whoever wrote it; its relative paths are relative to its own directory.
+    """Read a configuration, resolved or not; relative paths in it are relative to its own directory.
+
+    >>> from pathlib import Path
+    >>> from protocol.config_file import load_config
+    >>> path = Path("short.toml")
+    >>> _ = path.write_text("[learner.sac]\\nbatch_size = 64")
+    >>> config = load_config(path)
+    >>> config.learner.sac.batch_size, config.learner.sac.gamma
+    (64, 0.98)
 
     Raises:
-        InvalidConfig: the file is missing, is not UTF-8, is no TOML, names an unknown field or has a value out of
-            range; or it was resolved once, and lacks a setting now.
+        InvalidConfig: the file is missing, is not UTF-8 or not TOML, names an unknown field or has a value out of
+            range; or it is a resolved configuration that lacks a setting.
     """
     table = _read_table(path)
     _require_present_names(table, path)

@@ -33,6 +33,18 @@ class Renderer(Protocol):
 def open_renderer(config: RenderConfig) -> Renderer:
     """Open the renderer that the configuration names.
 
+    >>> from protocol.camera import Camera, CameraPose, Intrinsics
+    >>> from protocol.config import RenderConfig
+    >>> from render_worker import open_renderer, sample_scene
+    >>> renderer = open_renderer(RenderConfig())
+    >>> scene = sample_scene(seed=7, split="train")
+    >>> lens = Intrinsics.from_horizontal_fov(640, 480, 70.0)
+    >>> camera = Camera(CameraPose(position=(3.0, 0.0, 1.5), target=(0.0, 0.0, 1.0)), lens)
+    >>> frame = renderer.render(scene, camera)
+    >>> frame.rgb.shape, frame.depth.shape
+    ((480, 640, 3), (480, 640))
+    >>> renderer.close()
+
     Raises:
         Unavailable: this machine can't run it.
         ArtifactMissing, ArtifactDamaged: the file of bodies is missing or damaged.

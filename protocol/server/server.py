@@ -2,7 +2,7 @@
 
     Starting ──start() returned──▶ Ready ⇄ Busy ──SIGTERM, SIGINT or Drain──▶ Draining ──all answered──▶ gone
 
-All that a network needs (handshakes, pings, deadlines, limits, refusals, drain) is here; a handler is a function.
+`serve` does what the network needs (handshakes, pings, deadlines, limits, refusals, drain); a handler is a function.
 """
 
 import logging
@@ -34,13 +34,13 @@ from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 from protocol.transport.sockets import Context, bind_router, open_context
 
 Handlers: TypeAlias = Mapping[type[Request[Any]], Callable[[Any], Reply]]
-"""Which function answers which request."""
+"""The function that answers each type of request."""
 
 _log = logging.getLogger(__name__)
 
 
 class _StartInterrupted(BaseException):
-    """A signal came before there was anything to finish."""
+    """A signal came while the worker started, so it has nothing to finish."""
 
 
 def serve(
@@ -61,27 +61,49 @@ def serve(
     calls: Mapping[Role, Pool] | None = None,
     hand_over: Callable[[Callable[[], None]], None] = lambda drain: None,
 ) -> None:
-    """Serve until SIGTERM, SIGINT, `Drain` or the orchestrator's end, then finish what is in hand and return.
+    """Serve until SIGTERM, SIGINT, `Drain` or the orchestrator's end, then finish the requests in hand and return.
 
-    The address answers at once, in state STARTING, while `start` loads what the handlers need; requests that come then
-    wait. Handlers run in the calling thread and in `concurrency - 1` more. A reply's arrays are not copied: a handler
-    gives them away, and must not write to them again.
+    The address answers at once, in state STARTING, while `start` loads what the handlers need; requests that arrive
+    meanwhile wait. Handlers run in the calling thread and in `concurrency - 1` more. A reply's arrays are not copied:
+    a handler must not write to them after it has returned them.
+
+    >>> from threading import Thread
+    >>> from protocol import Client, serve
+    >>> from protocol.messages import Drain, Lookup, Role, Workers
+    >>> def lookup(request: Lookup) -> Workers:
+    ...     return Workers(workers=())
+    >>> options = {"role": Role.ORCHESTRATOR, "bind": "ipc://registry"}
+    >>> worker = Thread(target=serve, args=(lambda: {Lookup: lookup},), kwargs=options)
+    >>> worker.start()
+    >>> with Client("ipc://registry", role=Role.AGENT) as client:
+    ...     client.call(Lookup(role=Role.RENDER))
+    ...     client.call(Drain())
+    Workers(workers=())
+    Drained()
+    >>> worker.join()
 
     Args:
-        computes: whether handlers take long. Then the priority of the calling thread is lowered, for good, so that
-            threads that carry messages go before it.
-        registration: the orchestrator that the worker registers with; without one it works alone.
-        failpoint: reached at `reply-render`, or whatever the role is, before a reply is handed over.
-        security: the keys to be spoken to under, and to speak with the orchestrator; without any, only within this
-            machine.
+        start: loads what the handlers need, and returns them.
+        role: the role of this process.
+        bind: the address to serve at.
+        capabilities: what the worker says of itself in its `Welcome`.
+        concurrency: number of threads that run handlers.
+        computes: whether handlers take long. If so, the priority of the calling thread is lowered for good, so that the
+            threads that carry messages run first.
+        registration: the orchestrator to register with; without it, the worker registers nowhere.
+        failpoint: reached at `reply-ROLE`, such as `reply-render`, before a reply is sent.
+        security: the keys of this process; without keys it serves only this machine.
         observer: told of the worker, and of each request that is over.
-        calls: the workers that handlers call, by role; they are watched, and clients are told where none is at work.
-        hand_over: given what drains the worker, which may be called from any thread, before it answers anybody.
+        calls: the pools that handlers call, by role. Their workers are pinged all the time, and a pong names the roles
+            of which none is at work.
+        hand_over: called with the function that drains the worker, before the worker answers; that function may be
+            called from any thread.
 
     Raises:
-        AddressUnavailable: `bind` is in use or can't be served, or the orchestrator's address is none.
-        NotPermitted: `bind` can be reached from other machines, and there is no key.
-        Exception: whatever `start` raises, after all that waits was refused.
+        AddressUnavailable: `bind` is in use or can't be served, or the orchestrator's address is not one.
+        NotPermitted: `bind` can be reached from other machines, and `security` has no key.
+        InvalidInput: `concurrency` is below 1.
+        Exception: any error of `start`, after all waiting requests were refused.
     """
     if concurrency < 1:
         raise InvalidInput(f"a worker has one handler thread or more, not {concurrency}")
@@ -110,7 +132,7 @@ def serve(
 
 
 def _load_low(start: Callable[[], Handlers]) -> Handlers:
-    # Before anything is loaded: threads of libraries take their priority from who starts them.
+    # Before anything is loaded: the threads of libraries inherit the priority of the thread that starts them.
     let_others_go_first()
     return start()
 
@@ -122,7 +144,7 @@ def _run(
     concurrency: int,
     before_reply: Callable[[], None],
 ) -> None:
-    # First: whoever has had an answer from the worker finds it observed.
+    # First, so that the worker is observed before it answers anything.
     listener.observer.attend(listener)
     listener.start()
     try:
@@ -174,7 +196,7 @@ def _answer(listener: Listener, job: Job, reply: Reply, *, queue: float, compute
 
 
 def _refusal(job: Job, handlers: Handlers, now: float) -> Failure | None:
-    """Why a request is not handled at all."""
+    """Why a request is not handled; None if it is."""
     name = type(job.request).__name__
     if type(job.request) not in handlers:
         return Failure(code="unsupported", message=f"this worker does not answer {name}")
@@ -196,7 +218,7 @@ def _reply_to(job: Job, handler: Callable[[Any], Reply], now: float) -> Reply:
     wanted = reply_type(type(job.request))
     if not isinstance(reply, wanted):
         _log.error("the handler of %s returned a %s, not a %s", name, type(reply).__name__, wanted.__name__)
-        return internal(f"the handler of {name} returned something else than a {wanted.__name__}")
+        return internal(f"the handler of {name} did not return a {wanted.__name__}")
     return reply
 
 

@@ -162,8 +162,8 @@ def test_a_reply_sent_to_a_worker_is_no_request(address):
     ("handler", "message"),
     [
         (lambda request: 1 / 0, "ZeroDivisionError: division by zero"),
-        (lambda request: None, "the handler of SampleScene returned something else than a Sampled"),
-        (lambda request: Drained(), "the handler of SampleScene returned something else than a Sampled"),
+        (lambda request: None, "the handler of SampleScene did not return a Sampled"),
+        (lambda request: Drained(), "the handler of SampleScene did not return a Sampled"),
         (lambda request: Sampled(scene=1j), "the reply can't be sent: a complex can't be sent"),
     ],
     ids=["raises", "returns none", "returns another reply", "returns what does not travel"],
