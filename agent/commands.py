@@ -16,7 +16,6 @@ from agent.evaluation import evaluate
 from agent.learning.algorithms import make_learner
 from agent.learning.policies import BASELINES, Policy, baseline, learned
 from agent.logbook import PROGRESS_EVERY, Clocks
-from agent.stopping import StopRequest, stop_on_signals
 from agent.telemetry import agent_telemetry
 from agent.throughput import Throughput
 from protocol.artifact import checksum_if_there
@@ -26,6 +25,8 @@ from protocol.errors import CallFailed, InvalidInput
 from protocol.failpoint import Failpoint, no_failpoint
 from protocol.messages import Role
 from protocol.records import Evaluation, Progress, Summary
+from protocol.system.signals import ENDING
+from protocol.system.stop_request import StopRequest, stop_on_signals
 from protocol.telemetry.endpoint import Endpoint
 from protocol.telemetry.info import About
 
@@ -52,7 +53,7 @@ def train_run(
     """
     config = load_run_config(run)
     learner = make_learner(config.learner, config.environment, seed=config.seed)
-    with stop_on_signals() as stop, Connections(config, workers, stop.ask) as connections:
+    with stop_on_signals(ENDING, once=True) as stop, Connections(config, workers, stop.ask) as connections:
         env = VectorHover(connections.sensor, config=config.environment)
         about = _about("training", config, workers)
         with (
@@ -63,7 +64,7 @@ def train_run(
                 env=env,
                 learner=learner,
                 clocks=_CLOCKS,
-                stop=stop,
+                stop=lambda: stop.is_asked,
                 failpoint=failpoint,
                 observer=observer,
             ) as training,
@@ -93,19 +94,19 @@ def evaluate_run(
     steps = len(policies) * flights * config.environment.episode_steps
     about = _about("evaluation", config, workers)
     with (
-        stop_on_signals() as stop,
+        stop_on_signals(ENDING, once=True) as stop,
         Connections(config, workers, stop.ask) as connections,
         agent_telemetry(http, about, connections, run / "checkpoints") as observer,
         Journal(run, on_progress=observer.progress) as journal,
     ):
         if not _ready(connections, stop):
             return None
-        watch = EvaluationWatch(journal, steps, _CLOCKS, stop)
+        watch = EvaluationWatch(journal, steps, _CLOCKS, lambda: stop.is_asked)
         try:
             evaluation = evaluate(connections.sensor, config, policies, flights, watch)
         except (EvaluationStopped, CallFailed):
             # Who is asked to end may find the workers ended before it.
-            if not stop():
+            if not stop.is_asked:
                 raise
             _log.info("stopped on request, before the evaluation was whole")
             return None
@@ -125,7 +126,7 @@ def _ready(connections: Connections, stop: StopRequest) -> bool:
     try:
         connections.wait_ready()
     except CallFailed:
-        if not stop():
+        if not stop.is_asked:
             raise
         _log.info("stopped on request, before there were workers")
         return False

@@ -19,7 +19,6 @@ from benchmarks.machine import machine_kind
 from benchmarks.viewpoints import front_views, observe_requests, requests_before
 from orchestrator.monitoring.live_display import open_display
 from orchestrator.pictures.worker_pair import worker_pair
-from orchestrator.stop_request import stop_on_signals
 from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import project
 from protocol.config import PerceptionConfig, RunConfig
@@ -27,6 +26,7 @@ from protocol.errors import InvalidInput
 from protocol.messages import Observe
 from protocol.pose_estimate import PoseEstimate
 from protocol.skeleton import Joint
+from protocol.system.stop_request import stop_on_signals
 
 TOLERANCE = 0.05
 """Of the body's height in pixels."""

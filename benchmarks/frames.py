@@ -28,7 +28,6 @@ from benchmarks.machine import machine_kind
 from benchmarks.viewpoints import front_views, observe_requests
 from orchestrator.monitoring.live_display import open_display
 from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
-from orchestrator.stop_request import stop_on_signals
 from protocol.arrays import AnyArray
 from protocol.config import RunConfig
 from protocol.frame import Frame
@@ -36,6 +35,7 @@ from protocol.messages import Observe, Perceive, Render
 from protocol.packing.lossless import compress_colours, compress_depth, decompress_colours, decompress_depth
 from protocol.pose_estimate import PoseEstimate
 from protocol.skeleton import weighted_uncertainty
+from protocol.system.stop_request import stop_on_signals
 
 QUALITIES = (80, 90, 95)
 SUBSAMPLINGS = ("420", "444")

@@ -14,8 +14,8 @@ from benchmarks.machine import machine_kind
 from benchmarks.viewpoints import front_views, observe_requests
 from orchestrator.monitoring.live_display import open_display
 from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
-from orchestrator.stop_request import stop_on_signals
 from protocol.config import RunConfig
+from protocol.system.stop_request import stop_on_signals
 
 MIB = 2**20
 FIRST_LOOKS = (1, 10, 20, 40)

@@ -27,7 +27,6 @@ from benchmarks.pose_quality import BANDS, Correlation, Estimate, Figures, View,
 from benchmarks.viewpoints import all_views, observe_requests, requests_before
 from orchestrator.monitoring.live_display import open_display
 from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
-from orchestrator.stop_request import stop_on_signals
 from perception_worker.lifter import open_lifter
 from perception_worker.look import HeldPictures
 from perception_worker.networks.backend import open_look, open_network
@@ -40,6 +39,7 @@ from protocol.errors import ArtifactMissing
 from protocol.frame import Frame
 from protocol.messages import Render
 from protocol.region import Region
+from protocol.system.stop_request import stop_on_signals
 
 FARTHEST = 9.0
 STAGES = ("infer", "decode", "lift", "qoe", "filter")

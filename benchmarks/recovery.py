@@ -28,7 +28,6 @@ from orchestrator.monitoring.live_display import Display, open_display
 from orchestrator.run.run_directory import resolved_toml
 from orchestrator.run.socket_directory import socket_directory
 from orchestrator.session import Session
-from orchestrator.stop_request import StopRequest, stop_on_signals
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.launch import Launch, addresses, registry_address, worker_launches
 from orchestrator.supervision.registry import Registry, serve_registry
@@ -37,6 +36,7 @@ from protocol.client.pool import Pool
 from protocol.config import RunConfig
 from protocol.config_file import load_config
 from protocol.messages import Role
+from protocol.system.stop_request import StopRequest, stop_on_signals
 from protocol.timeouts import Timeouts
 
 LOOK = 0.02
@@ -138,7 +138,7 @@ def die(workers: Supervised, env: VectorHover, victim: str, deaths: int, stop: S
         found.struck.append(step(strike=True))
         killed, pid = replaced[0]
         while not workers.is_replaced(victim, pid):
-            stop.nap(LOOK)
+            stop.sleep(LOOK)
         found.startup.append(time.perf_counter() - killed)
         step()
     return found

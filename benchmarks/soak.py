@@ -32,10 +32,10 @@ from orchestrator.chaos.schedule import plan, strike_times
 from orchestrator.chaos.settings import rehearsal_config
 from orchestrator.monitoring.live_display import Display, Snapshot, open_display
 from orchestrator.run.run_directory import resolved_toml
-from orchestrator.stop_request import StopRequest, stop_on_signals
 from protocol.config import RunConfig
 from protocol.config_file import load_config
 from protocol.system.process_start import process_start
+from protocol.system.stop_request import StopRequest, stop_on_signals
 
 SAMPLE_EVERY = 5.0
 LOADING = 15.0
@@ -126,7 +126,7 @@ def soak(run: RehearsedRun, memory: Memory, *, minutes: float, every: float, see
     run.wait(lambda: run.progress.step > 0, "the training began")
     for moment, fault in zip(moments, planned, strict=True):
         memory.activity = f"waiting for fault {struck.total() + 1} of about {len(moments)}, {fault.scenario}"
-        run.nap(max(0.0, moment - memory.elapsed))
+        run.sleep(max(0.0, moment - memory.elapsed))
         scenario = scenarios[fault.scenario](fault.chance)
         try:
             scenario.setup(run)
@@ -137,7 +137,7 @@ def soak(run: RehearsedRun, memory: Memory, *, minutes: float, every: float, see
             struck[fault.scenario] += 1
         if memory.elapsed > 60 * minutes:
             break
-    run.nap(max(0.0, 60 * minutes - memory.elapsed))
+    run.sleep(max(0.0, 60 * minutes - memory.elapsed))
     return struck
 
 

@@ -26,10 +26,10 @@ from agent.learning.learner import Transition
 from benchmarks.viewpoints import front_views, observe_requests
 from orchestrator.monitoring.live_display import Display, FrameCount, Snapshot, open_display
 from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
-from orchestrator.stop_request import stop_on_signals
 from protocol.config import LearnerConfig, RunConfig
 from protocol.config_file import load_config
 from protocol.records import Stage
+from protocol.system.stop_request import stop_on_signals
 
 
 class StagesAlone(Struct, frozen=True):

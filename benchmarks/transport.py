@@ -18,12 +18,12 @@ from benchmarks.machine import machine_kind
 from orchestrator.monitoring.live_display import open_display
 from orchestrator.pictures.view import Viewpoint, camera_at
 from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
-from orchestrator.stop_request import stop_on_signals
 from protocol.client.client import Client
 from protocol.config import RunConfig
 from protocol.message import Request
 from protocol.messages import Observe, Render, SampleScene
 from protocol.pose_estimate import FilterState
+from protocol.system.stop_request import stop_on_signals
 
 
 def transport_seconds(client: Client, request: Callable[[int], Request[Any]], calls: int) -> list[float]:

@@ -11,8 +11,7 @@ VantageError
 │   └── RestartsExhausted   it did so more often than it may be started again
 ├── HostLost              the host that a run has joined is gone for too long
 ├── HostNotTold           the run is done, and its host could not be told
-├── OutputLost            what a command printed was not taken
-└── Interrupted           somebody asked us to stop (Ctrl-C, SIGTERM)
+└── OutputLost            what a command printed was not taken
 """
 
 from protocol.errors import VantageError
@@ -60,7 +59,3 @@ class HostNotTold(VantageError):
 
 class OutputLost(VantageError):
     """What a command had to print was not taken: the disk is full, or whoever read it is gone."""
-
-
-class Interrupted(VantageError):
-    """Somebody asked us to stop; what was under way has been brought to a clean end."""

@@ -11,12 +11,12 @@ from orchestrator.run.run_directory import resolved_toml
 from orchestrator.run.run_log import log_directory
 from orchestrator.run.socket_directory import socket_directory
 from orchestrator.session import Session
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.launch import Launch, registry_address, worker_launches
 from orchestrator.supervision.registry import Registry, serve_registry
 from orchestrator.supervision.supervisor import Supervisor
 from protocol.config import RunConfig
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 
 

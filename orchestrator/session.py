@@ -5,17 +5,16 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from orchestrator.errors import Interrupted
 from orchestrator.hosting.remote_workers import NOBODY_ELSEWHERE, RemoteWorkers
 from orchestrator.monitoring.live_display import Display, FrameCount, Snapshot
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.launch import Launch
 from orchestrator.supervision.log_warnings import LogWarnings
 from orchestrator.supervision.supervised_process import IsDone
 from orchestrator.supervision.supervisor import Supervisor
-from protocol.errors import DeadlineExceeded
+from protocol.errors import DeadlineExceeded, Interrupted
 from protocol.records import Progress
+from protocol.system.stop_request import StopRequest
 
 LOOK = 0.05
 """Seconds between two looks at the processes."""
@@ -74,7 +73,7 @@ class Session:
             self._stop.check()
             self._supervisor.look()
             self._show(f"waiting for {', '.join(waiting)}")
-            self._stop.nap(LOOK)
+            self._stop.sleep(LOOK)
 
     def wait_for_others(self, startup: float) -> None:
         """Wait until those who are elsewhere can work, `startup` seconds in all.
@@ -91,7 +90,7 @@ class Session:
             self._stop.check()
             self._supervisor.look()
             self._show(f"waiting for {waiting}")
-            self._stop.nap(LOOK)
+            self._stop.sleep(LOOK)
 
     def run(self, launch: Launch, activity: str, is_done: IsDone) -> None:
         """Have an agent work until its work is done; it may have been started before.
@@ -111,7 +110,7 @@ class Session:
             self._remote_workers.check()
             self._supervisor.look()
             self._show(activity)
-            self._stop.nap(LOOK)
+            self._stop.sleep(LOOK)
         self._supervisor.release(launch.name)
         self._show(activity, at_once=True)
 

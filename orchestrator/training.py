@@ -22,7 +22,6 @@ from orchestrator.run.run_directory import RunDirectory
 from orchestrator.run.run_log import run_log
 from orchestrator.run.socket_directory import run_sockets, sockets_of
 from orchestrator.session import Session
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import AGENT_PATIENCE, WORKER_PATIENCE, Fleet, end_processes
 from orchestrator.supervision.launch import (
     TRAINING,
@@ -38,9 +37,11 @@ from orchestrator.supervision.registry import Registry, serve_registry
 from orchestrator.supervision.supervised_process import IsDone
 from orchestrator.supervision.supervisor import Supervisor
 from orchestrator.supervision.worker_process import WorkerProcess
+from protocol.config import RunConfig
 from protocol.errors import VantageError
 from protocol.messages import Role
 from protocol.system.refusal import reason
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 
 _log = logging.getLogger(__name__)
@@ -55,12 +56,14 @@ class Job(Struct, frozen=True, eq=False):
 
 
 class LaunchPlan(Struct, frozen=True, eq=False):
-    """Every process that a run may need, as it is started, and what is to be done now.
+    """Every process that a run may need, as it is started, and the jobs to do now.
 
     Attributes:
-        join: the host whose workers are worked with, in the place of our own.
+        config: the run's configuration, as it was read once for all of this.
+        join: the host whose workers do the work in place of our own.
     """
 
+    config: RunConfig
     workers: tuple[Launch, ...]
     agents: tuple[Launch, ...]
     jobs: tuple[Job, ...]
@@ -76,11 +79,14 @@ class LaunchPlan(Struct, frozen=True, eq=False):
         )
 
 
-def train(run: RunDirectory, *, monitors: Monitors, stop: StopRequest, join: Join | None = None) -> None:
+def train(
+    run: RunDirectory, config: RunConfig, *, monitors: Monitors, stop: StopRequest, join: Join | None = None
+) -> None:
     """Train on a new run, and fly its evaluation with the same workers if it is to have one.
 
     Args:
-        join: a host whose workers are to be worked with; without one, they are started here.
+        config: the run's, as it was made with it.
+        join: a host whose workers do the work; without one, workers are started here.
 
     Raises:
         ProcessFailed: a process ended that can't work, or ended too often.
@@ -91,33 +97,35 @@ def train(run: RunDirectory, *, monitors: Monitors, stop: StopRequest, join: Joi
         HostNotTold: all is done, and it does not know.
     """
     with _at_work(run) as sockets:
-        plan = _cast_to_finish(run, sockets, join)
+        plan = _plan_to_finish(run, config, sockets, join)
         # Who serves at our sockets now was started on another run of this path, and has loaded what that was told.
         left_behind = LeftBehind((), (*plan.workers, *plan.agents), ())
         with _noting_its_end(run, join):
             _perform(run, sockets, plan, left_behind, monitors, stop)
-        _dismiss(run, join, monitors.display, stop)
+        _dismiss(config, join, monitors.display, stop)
 
 
-def resume(run: RunDirectory, *, monitors: Monitors, stop: StopRequest, join: Join | None = None) -> None:
+def resume(
+    run: RunDirectory, config: RunConfig, *, monitors: Monitors, stop: StopRequest, join: Join | None = None
+) -> None:
     """Bring a run to its end from wherever it stands; nothing is done, nor written, where it is there already.
 
     Raises:
         RunBusy: an orchestrator works on it.
         Others: as `train` does.
     """
-    if _is_over(run, join):
+    if _is_over(run, config, join):
         # Whoever did it may have been killed before it could say so.
-        _dismiss(run, join, monitors.display, stop)
+        _dismiss(config, join, monitors.display, stop)
         return
     with _at_work(run) as sockets:
-        plan = _cast_to_finish(run, sockets, join)
+        plan = _plan_to_finish(run, config, sockets, join)
         with _noting_its_end(run, join) if plan.jobs else nullcontext():
             _perform(run, sockets, plan, _left_behind(run, plan), monitors, stop)
-        _dismiss(run, join, monitors.display, stop)
+        _dismiss(config, join, monitors.display, stop)
 
 
-def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopRequest) -> None:
+def evaluate(run: RunDirectory, config: RunConfig, what: Evaluate, *, display: Display, stop: StopRequest) -> None:
     """Fly an evaluation of a run that was trained.
 
     Raises:
@@ -125,11 +133,11 @@ def evaluate(run: RunDirectory, what: Evaluate, *, display: Display, stop: StopR
         ProcessFailed, DeadlineExceeded, Interrupted: as `train` does.
     """
     with _at_work(run) as sockets:
-        workers, training = _workers_and_training(run, sockets, None)
+        workers, training = _workers_and_training(run, config, sockets, None)
         evaluation = evaluation_launch(run.path, workers, sockets, what)
         before = run.evaluation()
         job = Job(evaluation, "evaluation", lambda: run.is_evaluated_since(before))
-        plan = LaunchPlan(workers, (training, evaluation), (job,))
+        plan = LaunchPlan(config, workers, (training, evaluation), (job,))
         left_behind = _left_behind(run, plan)
         if any(found.launch.name == TRAINING for found in left_behind.in_the_way):
             resumption = f"'orchestrator resume {run.path}'"
@@ -144,28 +152,30 @@ def _at_work(run: RunDirectory) -> Generator[Path]:
         yield sockets
 
 
-def _is_over(run: RunDirectory, join: Join | None) -> bool:
+def _is_over(run: RunDirectory, config: RunConfig, join: Join | None) -> bool:
     """Whether nothing is to be done and nobody to be ended: then looking is enough, and needs no right to write."""
-    plan = _cast_to_finish(run, sockets_of(run.path), join)
+    plan = _plan_to_finish(run, config, sockets_of(run.path), join)
     return not plan.jobs and not _left_behind(run, plan).in_the_way
 
 
-def _cast_to_finish(run: RunDirectory, sockets: Path, join: Join | None) -> LaunchPlan:
+def _plan_to_finish(run: RunDirectory, config: RunConfig, sockets: Path, join: Join | None) -> LaunchPlan:
     """What it takes to bring a run to its end."""
-    workers, training = _workers_and_training(run, sockets, join)
+    workers, training = _workers_and_training(run, config, sockets, join)
     evaluation = evaluation_launch(run.path, workers, sockets, Evaluate(), join.options if join else ())
     jobs: list[Job] = []
     if not run.is_trained():
         jobs.append(Job(training, "training", run.is_trained))
     if run.plan().evaluate and not (run.is_trained() and run.is_evaluated()):
         jobs.append(Job(evaluation, "evaluation", run.is_evaluated))
-    return LaunchPlan(workers, (training, evaluation), tuple(jobs), join)
+    return LaunchPlan(config, workers, (training, evaluation), tuple(jobs), join)
 
 
-def _workers_and_training(run: RunDirectory, sockets: Path, join: Join | None) -> tuple[tuple[Launch, ...], Launch]:
+def _workers_and_training(
+    run: RunDirectory, config: RunConfig, sockets: Path, join: Join | None
+) -> tuple[tuple[Launch, ...], Launch]:
     if join is not None:
         return (), training_launch(run.path, (), sockets, join.options)
-    workers = worker_launches(run.config(), run.config_path, sockets)
+    workers = worker_launches(config, run.config_path, sockets)
     return workers, training_launch(run.path, workers, sockets)
 
 
@@ -203,13 +213,13 @@ def _perform(
     _end(left_behind, run.logs, stop)
     if not plan.jobs:
         return
-    with _session(run, sockets, plan.join, left_behind, monitors, stop) as session:
+    with _session(run, sockets, plan, left_behind, monitors, stop) as session:
         first = plan.jobs[0]
         if left_behind.has(first.launch):
             # Before anything can go wrong or be stopped: whoever is in care is brought to its end with the others.
             session.start(first.launch, first.is_done)
         session.start_workers(plan.workers)
-        session.wait_for_others(run.config().timeouts.startup)
+        session.wait_for_others(plan.config.timeouts.startup)
         for job in plan.jobs:
             session.run(job.launch, job.activity, job.is_done)
 
@@ -218,13 +228,13 @@ def _perform(
 def _session(
     run: RunDirectory,
     sockets: Path,
-    join: Join | None,
+    plan: LaunchPlan,
     left_behind: LeftBehind,
     monitors: Monitors,
     stop: StopRequest,
 ) -> Generator[Session]:
     """A session on the run; no process of it is left when this ends."""
-    config = run.config()
+    config, join = plan.config, plan.join
     timeouts = Timeouts.from_config(config.timeouts)
     with ExitStack() as held:
         remote_workers = NOBODY_ELSEWHERE if join is None else held.enter_context(JoinedHost(join, run.name, timeouts))
@@ -247,7 +257,7 @@ def _session(
         yield Session(fleet, supervisor, monitors.display, stop, run.progress, run.orchestrator_log, remote_workers)
 
 
-def _dismiss(run: RunDirectory, join: Join | None, display: Display, stop: StopRequest) -> None:
+def _dismiss(config: RunConfig, join: Join | None, display: Display, stop: StopRequest) -> None:
     """Let the host know that the run is done, if it has joined one."""
     if join is None:
         return
@@ -256,7 +266,7 @@ def _dismiss(run: RunDirectory, join: Join | None, display: Display, stop: StopR
     def show(activity: str) -> None:
         display.show(Snapshot(activity=activity, elapsed=time.monotonic() - began))
 
-    dismiss(join, Timeouts.from_config(run.config().timeouts), show, stop)
+    dismiss(join, Timeouts.from_config(config.timeouts), show, stop)
 
 
 def _end(left_behind: LeftBehind, logs: Path, stop: StopRequest) -> None:

@@ -22,7 +22,8 @@ VantageError
 ├── ArtifactError         a file that set-up makes (bodies, networks) can't be used
 │   ├── ArtifactMissing
 │   └── ArtifactDamaged
-└── Unavailable           this machine lacks something (EGL, a display driver, an inference provider)
+├── Unavailable           this machine lacks something (EGL, a display driver, an inference provider)
+└── Interrupted           the process was asked to stop (Ctrl-C, SIGTERM)
 """
 
 
@@ -121,3 +122,7 @@ class ArtifactDamaged(ArtifactError):
 
 class Unavailable(VantageError):
     """This machine lacks something, such as EGL or an inference provider."""
+
+
+class Interrupted(VantageError):
+    """The process was asked to stop; what was under way has been brought to a clean end."""

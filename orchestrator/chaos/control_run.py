@@ -12,10 +12,10 @@ from orchestrator.chaos.progress_log import ProgressLog
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.run.run_directory import RunDirectory, resolved_toml
 from orchestrator.run.versions import collect_versions
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 from protocol.config import RunConfig
-from protocol.config_file import load_config, with_checksums
+from protocol.config_file import with_checksums
+from protocol.system.stop_request import StopRequest
 
 SOURCES = {".py", ".vert", ".frag"}
 ROOMS = ("protocol", "render_worker", "perception_worker", "agent", "orchestrator")
@@ -34,19 +34,23 @@ class ControlRun(Struct, frozen=True):
     reused: bool
 
 
-def control_run(config: Path, runs: Path, stop: StopRequest, show: Callable[[RehearsedRun], None]) -> ControlRun:
+def control_run(
+    config_path: Path, config: RunConfig, runs: Path, stop: StopRequest, show: Callable[[RehearsedRun], None]
+) -> ControlRun:
     """The run of a configuration as it is, from `runs` if the same code has flown it there.
+
+    Args:
+        config_path: the file that `config` was read from; the orchestrator of the run is started on it.
 
     Raises:
         RunBusy: somebody flies it right now.
         RehearsalFailed: it did not come to its end by itself.
     """
-    settings = load_config(config)
-    directory = RunDirectory(runs / f"control-{identity(settings)}")
+    directory = RunDirectory(runs / f"control-{identity(config)}")
     reused = directory.is_trained()
     if not reused:
         _remove_unfinished(directory)
-        with RehearsedRun(config, directory.path, settings.timeouts, stop, show) as run:
+        with RehearsedRun(config_path, directory.path, config.timeouts, stop, show) as run:
             run.begin()
             run.finish()
     return ControlRun(directory, _steps(directory), reused)

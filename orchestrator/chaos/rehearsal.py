@@ -20,8 +20,8 @@ from orchestrator.chaos.settings import rehearsal_config
 from orchestrator.chaos.step_limit import StepLimit
 from orchestrator.monitoring.live_display import Display, Snapshot
 from orchestrator.run.run_directory import resolved_toml
-from orchestrator.stop_request import StopRequest
 from protocol.config_file import load_config
+from protocol.system.stop_request import StopRequest
 
 HEAD_START = 0.1
 """Seconds that a training goes on after it has waited at a step, and up to as many more, before a fault strikes it: not
@@ -54,8 +54,8 @@ def rehearse(order: Order, display: Display, stop: StopRequest) -> ChaosReport:
     """
     begun = time.monotonic()
     show = Shown(display, "flying without faults, to compare with")
-    control = control_run(order.config, order.runs, stop, show)
     config = load_config(order.config)
+    control = control_run(order.config, config, order.runs, stop, show)
     drones = config.environment.num_envs
     schedule = plan(order.seed, order.faults, tuple(order.scenarios), control.steps, drones=drones)
     touched = order.runs / f"seed-{order.seed}-{datetime.now():%Y%m%d-%H%M%S}"
@@ -123,7 +123,7 @@ class Player:
         scenario.setup(run)
         self._show.activity = f"{where}: under way"
         self._limit.move(planned.fault_until)
-        run.nap(HEAD_START * (1 + planned.chance))
+        run.sleep(HEAD_START * (1 + planned.chance))
         struck = scenario.fault(run)
         reached = min(max(run.progress.reached(struck), planned.step), planned.fault_until)
         self._show.activity = f"{where}: recovering"

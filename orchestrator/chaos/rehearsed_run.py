@@ -16,7 +16,6 @@ from orchestrator.chaos.scenarios.children import MARK, Children, end, marked
 from orchestrator.run.json_lines import last_lines
 from orchestrator.run.run_directory import ProcessRecord, RunDirectory
 from orchestrator.run.socket_directory import sockets_of
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.launch import module_command
 from orchestrator.supervision.process_handle import creation_time
 from orchestrator.supervision.worker_process import ending
@@ -24,6 +23,7 @@ from protocol.config import TimeoutsConfig
 from protocol.failpoint import VARIABLE, Failpoints
 from protocol.messages import Role
 from protocol.system.process_start import process_start
+from protocol.system.stop_request import StopRequest
 
 LOOK_EVERY = 0.05
 PATIENCE = 300.0
@@ -155,18 +155,18 @@ class RehearsedRun:
                 raise RunEnded(f"the run ended before {what}")
             if time.monotonic() > deadline:
                 raise NotRecovered(f"{what} has not come within {patience:g} s")
-            self._stop.nap(LOOK_EVERY)
+            self._stop.sleep(LOOK_EVERY)
 
-    def nap(self, seconds: float) -> None:
+    def sleep(self, seconds: float) -> None:
         """Watch the run for a while."""
-        end_of_nap = time.monotonic() + seconds
-        self.wait(lambda: time.monotonic() >= end_of_nap, "a pause was over")
+        deadline = time.monotonic() + seconds
+        self.wait(lambda: time.monotonic() >= deadline, "a pause was over")
 
     def finish(self) -> None:
         """Wait for the end of the run, however long it takes."""
         while not self.is_over:
             self.look()
-            self._stop.nap(LOOK_EVERY)
+            self._stop.sleep(LOOK_EVERY)
         self.progress.read()
 
     def member(self, role: Role, chance: float) -> ProcessRecord:

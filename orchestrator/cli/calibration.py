@@ -7,7 +7,7 @@ import typer
 
 from orchestrator.cli.options import examples
 from orchestrator.cli.setup_command import run_setup
-from orchestrator.stop_request import stop_on_signals
+from protocol.system.stop_request import stop_on_signals
 
 calibration_app = typer.Typer(
     help="Uncertainty in metres: what a joint's error is expected to be, and a radius that holds it.",

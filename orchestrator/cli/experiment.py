@@ -133,8 +133,9 @@ def flights(
     from orchestrator.experiments.workers import with_workers
 
     found = ExperimentDirectory.open(directory)
-    require_recorded_files(found.config())
-    views, settings = found.views(), with_workers(found.config(), worker_count(workers, join))
+    recorded = found.config()
+    require_recorded_files(recorded)
+    views, settings = found.views(), with_workers(recorded, worker_count(workers, join))
     flight_set = flying.FlightSet(scenes=scenes, steps=steps, depth_noises=views.depth_noises)
     found.require_same(found.flight_set_path, flight_set)
     parts = flying.flight_parts(found, flight_set)

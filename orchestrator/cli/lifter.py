@@ -18,11 +18,11 @@ from orchestrator.cli.options import (
 from orchestrator.cli.setup_command import run_setup
 from orchestrator.hosting.joining import Join, join_of
 from orchestrator.run.versions import collect_versions
-from orchestrator.stop_request import stop_on_signals
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 from protocol.config import RunConfig
 from protocol.config_file import load_config, with_checksums
 from protocol.errors import VantageError
+from protocol.system.stop_request import stop_on_signals
 
 if TYPE_CHECKING:
     from orchestrator.lifter.directory import FitDirectory

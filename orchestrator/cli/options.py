@@ -9,9 +9,9 @@ from typing import Annotated
 import typer
 
 from orchestrator.monitoring.live_display import Display, open_display
-from orchestrator.stop_request import StopRequest, stop_on_signals
 from orchestrator.terminal.console import open_console
 from protocol.errors import InvalidInput
+from protocol.system.stop_request import StopRequest, stop_on_signals
 from protocol.telemetry.control import TOKEN_VARIABLE
 from protocol.telemetry.endpoint import Endpoint, endpoint_from, parse_endpoint
 

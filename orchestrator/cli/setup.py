@@ -8,9 +8,9 @@ import typer
 from orchestrator import keys
 from orchestrator.cli.options import JsonOption, examples
 from orchestrator.cli.setup_command import run_setup
-from orchestrator.stop_request import stop_on_signals
 from orchestrator.terminal.output import print_json, print_line, show
 from protocol.messages import Role
+from protocol.system.stop_request import stop_on_signals
 
 models_app = typer.Typer(help="The pose networks in the user's cache.", no_args_is_help=True)
 bodies_app = typer.Typer(help="The bodies in the user's cache.", no_args_is_help=True)

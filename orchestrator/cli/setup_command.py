@@ -2,9 +2,9 @@
 
 import subprocess
 
-from orchestrator.errors import Interrupted
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.launch import module_command
+from protocol.errors import Interrupted
+from protocol.system.stop_request import StopRequest
 
 STOP_PATIENCE = 10.0
 """Seconds to clean up working files."""
@@ -21,7 +21,7 @@ def run_setup(module: str, *arguments: str, stop: StopRequest) -> int:
     with subprocess.Popen(module_command(module, *arguments), stdin=subprocess.DEVNULL, process_group=0) as command:
         try:
             while command.poll() is None and not stop.is_asked:
-                stop.nap(POLL, until=lambda: command.poll() is not None)
+                stop.sleep(POLL, until=lambda: command.poll() is not None)
         finally:
             _end(command)
     if stop.is_asked:

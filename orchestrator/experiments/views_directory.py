@@ -55,10 +55,11 @@ class ViewsDirectory(Struct, Generic[ViewsT], frozen=True):
         directory = cls(path)
         if not directory.views_path.is_file():
             directory._begin(config, views)
-        require_recorded_files(directory.config())
+        recorded = directory.config()
+        require_recorded_files(recorded)
         for told, wanted, words in (
             (directory.views(), views, f"other views ({directory.views().words}, not {views.words})"),
-            (what_counts(directory.config()), what_counts(config), "another configuration (its config.toml)"),
+            (what_counts(recorded), what_counts(config), "another configuration (its config.toml)"),
         ):
             if told != wanted:
                 raise InvalidInput(

@@ -14,7 +14,6 @@ from orchestrator.local_workers import local_workers
 from orchestrator.monitoring.live_display import Display, FrameCount, Snapshot
 from orchestrator.run.run_log import log_directory
 from orchestrator.session import Session
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.launch import addresses
 from orchestrator.supervision.supervisor import Supervisor
@@ -25,6 +24,7 @@ from protocol.errors import InvalidInput
 from protocol.message import ReplyT, Request
 from protocol.messages import Role
 from protocol.security import LOCAL_ONLY, Security
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 
 AHEAD = 3

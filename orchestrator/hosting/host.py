@@ -13,13 +13,13 @@ from msgspec import Struct
 
 from orchestrator.hosting.joined_runs import JoinedRuns
 from orchestrator.monitoring.live_display import Display, Snapshot
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.heartbeat import Health
 from orchestrator.supervision.registry import Registry, serve_registry
 from protocol.messages import Dismiss, Dismissed, Register, Registered, Role, WorkerRecord
 from protocol.observer import NOBODY, Observer
 from protocol.security import LOCAL_ONLY, Security
 from protocol.server.server import Handlers
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 
 LOOK = 0.1
@@ -100,7 +100,7 @@ def host(order: HostOrder, *, display: Display, stop: StopRequest, observer: Obs
         watch = HostWatch(table, f"host at {order.bind}", display, timeouts.liveness)
         while not stop.is_asked and not watch.look():
             check()
-            stop.nap(LOOK)
+            stop.sleep(LOOK)
         if stop.is_asked:
             _log.info("stopped on request; whoever is registered waits %g s for the next host", timeouts.grace)
 

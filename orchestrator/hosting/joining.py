@@ -13,7 +13,6 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from orchestrator.errors import HostLost, HostNotTold
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.heartbeat import Health
 from protocol.client.client import Client
 from protocol.client.pool import Pool
@@ -23,6 +22,7 @@ from protocol.messages import AT_WORK, Dismiss, Role, State, WorkerRecord
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import KEY_VARIABLE, security_from
 from protocol.server.registration import Registration
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 from protocol.transport.address import host_of
 
@@ -197,7 +197,7 @@ def dismiss(join: Join, timeouts: Timeouts, show: Callable[[str], None], stop: S
             while not pending.done():
                 stop.check()
                 show(f"telling the host at {join.address} that the run is done")
-                stop.nap(LOOK, until=pending.done)
+                stop.sleep(LOOK, until=pending.done)
             pending.result()
     except VantageError as error:
         raise HostNotTold(f"{told}: {error}") from error

@@ -105,7 +105,7 @@ class _Standing(NamedTuple):
 def _standing(run: RunDirectory, *, goes_on: bool) -> _Standing:
     """How a run is, by its own records first: that its processes run not says nothing of what it came to."""
     try:
-        run.told()
+        run.whole_config()
         finished = run.is_finished()
     except (InvalidConfig, DamagedRecord) as error:
         return _Standing("damaged", reason=str(error))

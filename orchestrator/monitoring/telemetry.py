@@ -15,9 +15,9 @@ from protocol.messages import Pong, Role
 from protocol.observer import NOBODY, Finished, Observed, Observer, Turning
 from protocol.telemetry.endpoint import Endpoint
 from protocol.telemetry.info import About, Info, info
-from protocol.telemetry.process import needs_libraries, process_telemetry
+from protocol.telemetry.process import needs_libraries
 from protocol.telemetry.readiness import Wait, waits_for_any
-from protocol.telemetry.worker import WatchedWorker
+from protocol.telemetry.worker import WatchedWorker, server_telemetry
 
 STALE = 5.0
 """Seconds without a look at the processes, after which nobody knows how they are."""
@@ -110,14 +110,11 @@ def run_telemetry(at: Endpoint | None, run: str, display: Display) -> Generator[
         yield Monitors(display)
         return
     with needs_libraries():
-        # Only here: who is not to serve this does not load it.
+        # Only here: a command that does not serve this does not load it.
         from orchestrator.monitoring.metrics import RunCollector
-        from protocol.telemetry.metrics import RequestMetrics, WorkerCollector
     watched = WatchedRun(About(role=Role.ORCHESTRATOR, name=run), display)
-    with process_telemetry(at, watched, {}) as registry:
+    with server_telemetry(at, watched, {}) as registry:
         registry.register(RunCollector(lambda: watched.snapshot))
-        registry.register(WorkerCollector(watched.pong))
-        watched.count = RequestMetrics(registry).count
         yield Monitors(watched, watched)
 
 
@@ -129,11 +126,8 @@ def host_telemetry(at: Endpoint | None, bind: str, display: Display) -> Generato
         return
     with needs_libraries():
         from orchestrator.monitoring.metrics import ProcessCollector
-        from protocol.telemetry.metrics import RequestMetrics, WorkerCollector
     about = About(role=Role.ORCHESTRATOR, name="host", serves=(bind,))
     watched, shown = WatchedWorker(about, {}), LastShown(display)
-    with process_telemetry(at, watched, {}) as registry:
+    with server_telemetry(at, watched, {}) as registry:
         registry.register(ProcessCollector(lambda: shown.snapshot))
-        registry.register(WorkerCollector(watched.pong))
-        watched.count = RequestMetrics(registry).count
         yield Monitors(shown, watched)

@@ -13,7 +13,6 @@ from msgspec.structs import replace
 from orchestrator.monitoring.live_display import Display
 from orchestrator.pictures.scene_page import scene_sheet
 from orchestrator.pictures.worker_pair import worker_pair
-from orchestrator.stop_request import StopRequest
 from protocol.arrays import UInt8Array
 from protocol.artifact import whole_file
 from protocol.camera import Camera, CameraPose, Intrinsics
@@ -24,6 +23,7 @@ from protocol.errors import InvalidInput
 from protocol.messages import Perceive, Render, SampleScene
 from protocol.pose_estimate import FilterState
 from protocol.scene import MOST_BYSTANDERS, Scene, Split
+from protocol.system.stop_request import StopRequest
 
 SMALLEST_SIZE, LARGEST_SIZE = 16, 8192
 """What a camera can have, in pixels."""

@@ -8,11 +8,11 @@ from msgspec.structs import replace
 
 from orchestrator.local_workers import local_workers
 from orchestrator.monitoring.live_display import Display
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.launch import Launch
 from protocol.client.client import Client
 from protocol.config import RunConfig
 from protocol.messages import Role
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 
 

@@ -4,8 +4,7 @@ from typing import Literal, TypeAlias
 
 from msgspec import Struct
 
-from orchestrator.errors import Interrupted
-from protocol.errors import VantageError
+from protocol.errors import Interrupted, VantageError
 from protocol.system.refusal import SYSTEM_ERRORS, sentence
 
 Outcome: TypeAlias = Literal["finished", "stopped", "failed"]

@@ -125,23 +125,6 @@ class RunDirectory(Struct, frozen=True):
             raise NoSuchRun(f"{path} is no run directory (it has no config.toml)")
         return run
 
-    @classmethod
-    def open_for(cls, path: Path, config: RunConfig) -> "RunDirectory":
-        """Take up a run that was made with this configuration; errors as `open`.
-
-        Raises:
-            InvalidInput: it was made with another.
-            Others: as `require_as_it_was`.
-        """
-        run = cls.open(path)
-        run.require_as_it_was()
-        if same_for(run.config()) != same_for(config):
-            raise InvalidInput(
-                f"{path} was made with another configuration, and a run is never changed: go on with it as it is by "
-                f"'orchestrator resume {path}', or choose another with --run"
-            )
-        return run
-
     @property
     def name(self) -> str:
         """The directory's own name, as text that can be sent."""
@@ -198,27 +181,46 @@ class RunDirectory(Struct, frozen=True):
         return self.logs / "orchestrator.jsonl"
 
     def config(self) -> RunConfig:
-        """What the run was told.
+        """The configuration that the run was made with.
 
         Raises:
-            InvalidConfig: the file was damaged.
+            InvalidConfig: the file is damaged.
         """
         return load_resolved_config(self.config_path)
 
-    def require_as_it_was(self) -> None:
-        """Make sure that all that the run was told is there, and that its files are those that it was made with.
+    def whole_config(self) -> RunConfig:
+        """The configuration, after a check that `plan.json` and `versions.json` are whole too.
 
         Raises:
-            InvalidConfig, DamagedRecord: what it was told was damaged.
-            OtherArtifact: a file that its configuration names is another one now, or is gone.
+            InvalidConfig, DamagedRecord: one of the three files is damaged.
         """
-        require_recorded_files(self.told())
-
-    def told(self) -> RunConfig:
-        """What the run was told, once all of that is found to be there; errors as `require_as_it_was`."""
         self.plan()
         self.versions()
         return self.config()
+
+    def verified_config(self) -> RunConfig:
+        """`whole_config`, after a check that the files that it names are those that the run was made with.
+
+        Raises:
+            OtherArtifact: one of these files has another content now, or is gone.
+        """
+        config = self.whole_config()
+        require_recorded_files(config)
+        return config
+
+    def config_matching(self, config: RunConfig) -> RunConfig:
+        """`verified_config`, after a check that the run was made with this configuration.
+
+        Raises:
+            InvalidInput: it was made with another.
+        """
+        own = self.verified_config()
+        if same_for(own) != same_for(config):
+            raise InvalidInput(
+                f"{self.path} was made with another configuration, and a run is never changed: go on with it as it is "
+                f"by 'orchestrator resume {self.path}', or choose another with --run"
+            )
+        return own
 
     def progress(self) -> Progress | None:
         """How far the agent is; None before its first word."""

@@ -6,9 +6,8 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
-from orchestrator.errors import Interrupted
 from protocol.artifact import cache_directory, require_place
-from protocol.errors import VantageError
+from protocol.errors import Interrupted, VantageError
 from protocol.messages import Role
 from protocol.system.logs import JsonLines
 

@@ -11,10 +11,10 @@ import psutil
 from orchestrator.errors import ProcessFailed
 from orchestrator.run.run_directory import ProcessRecord
 from orchestrator.run.socket_directory import make_private
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT, Launch
 from orchestrator.supervision.worker_process import WorkerProcess
 from protocol.messages import Role
+from protocol.system.stop_request import StopRequest
 
 AGENT_PATIENCE = 45.0
 """Seconds for the agent to finish its step and write what it learned."""
@@ -136,7 +136,7 @@ def end_processes(processes: Iterable[WorkerProcess], patience: float, stop: Sto
     while any(process.is_running for process in ending) and time.monotonic() < deadline:
         if stop.is_urgent:
             break
-        stop.nap(POLL)
+        stop.sleep(POLL)
     for process in ending:
         process.kill()
     for process in ending:

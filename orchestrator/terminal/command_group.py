@@ -8,10 +8,10 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from orchestrator.errors import HostNotTold, Interrupted, OutputLost
+from orchestrator.errors import HostNotTold, OutputLost
 from orchestrator.terminal.console import open_console
 from orchestrator.terminal.output import whole_output
-from protocol.errors import InvalidConfig, InvalidInput, VantageError
+from protocol.errors import Interrupted, InvalidConfig, InvalidInput, VantageError
 from protocol.system.refusal import SYSTEM_ERRORS, reason, sentence
 from protocol.system.streams import prepared_streams
 

@@ -11,7 +11,6 @@ import threading
 from collections.abc import Callable, Generator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
-from types import FrameType
 from typing import Any, TypeAlias
 
 from protocol.catalogue import reply_type
@@ -30,6 +29,7 @@ from protocol.server.listener import Job, Listener
 from protocol.server.registration_settings import RegistrationSettings
 from protocol.server.worker_registration import registered
 from protocol.system.priority import let_others_go_first
+from protocol.system.signals import ENDING, signals_handled, signals_written_to
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 from protocol.transport.sockets import Context, bind_router, open_context
 
@@ -224,10 +224,10 @@ def _reply_to(job: Job, handler: Callable[[Any], Reply], now: float) -> Reply:
 
 @contextmanager
 def _interruption_by_signal() -> Generator[None]:
-    def interrupt(number: int, frame: FrameType | None) -> None:
+    def interrupt(_number: int) -> None:
         raise _StartInterrupted
 
-    with _signals_to(interrupt):
+    with signals_handled(ENDING, interrupt):
         yield
 
 
@@ -235,8 +235,8 @@ def _interruption_by_signal() -> Generator[None]:
 def _drain_by_signal(listener: Listener) -> Generator[None]:
     seen: list[int] = []
 
-    def drain(number: int, frame: FrameType | None) -> None:
-        # Whoever presses Ctrl-C again does not want to wait for a handler that hangs.
+    def drain(number: int) -> None:
+        # A second Ctrl-C does not wait for a handler that hangs.
         if number == signal.SIGINT and number in seen:
             raise KeyboardInterrupt
         seen.append(number)
@@ -244,31 +244,5 @@ def _drain_by_signal(listener: Listener) -> Generator[None]:
 
     # A process that was stopped may get its signals in any thread, and a main thread that waits for a job sleeps on.
     # The listener is told in any case, and its end is the end of that wait.
-    with _signals_to(drain), _woken_by_signals(listener.bell):
+    with signals_handled(ENDING, drain), signals_written_to(listener.bell):
         yield
-
-
-@contextmanager
-def _woken_by_signals(descriptor: int) -> Generator[None]:
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.set_wakeup_fd(descriptor, warn_on_full_buffer=False)
-    try:
-        yield
-    finally:
-        signal.set_wakeup_fd(before)
-
-
-@contextmanager
-def _signals_to(handler: Callable[[int, FrameType | None], None]) -> Generator[None]:
-    """Have SIGTERM and SIGINT handled so; only the main thread can, and only there do they arrive."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {number: signal.signal(number, handler) for number in (signal.SIGTERM, signal.SIGINT)}
-    try:
-        yield
-    finally:
-        for number, previous in before.items():
-            signal.signal(number, previous)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
+from typing import TYPE_CHECKING, Protocol
 
 from protocol.client.pool import Pool
 from protocol.messages import Pong, Role, State
@@ -10,7 +11,10 @@ from protocol.telemetry.endpoint import Endpoint
 from protocol.telemetry.info import About, Info, info
 from protocol.telemetry.process import needs_libraries, process_telemetry
 from protocol.telemetry.readiness import Wait, own_waits, waits_for_any
-from protocol.telemetry.subject import addresses_called
+from protocol.telemetry.subject import Subject, addresses_called
+
+if TYPE_CHECKING:
+    from prometheus_client import CollectorRegistry
 
 
 class WatchedWorker:
@@ -66,7 +70,7 @@ class WatchedWorker:
 def worker_telemetry(
     at: Endpoint | None, about: About, calls: Mapping[Role, Pool] | None = None
 ) -> Generator[Observer]:
-    """Serve how a worker is at an endpoint, or nowhere; gives the observer that the worker is to be served with.
+    """Serve how a worker is at an endpoint, or nowhere; yields the observer to serve the worker with.
 
     Raises:
         AddressUnavailable: the port is in use, or the host is none of this machine's.
@@ -75,11 +79,34 @@ def worker_telemetry(
     if at is None:
         yield NOBODY
         return
-    with needs_libraries():
-        # Only here: who is not to serve this does not load it.
-        from protocol.telemetry.metrics import RequestMetrics, WorkerCollector
     watched = WatchedWorker(about, calls or {})
-    with process_telemetry(at, watched, calls or {}) as registry:
-        registry.register(WorkerCollector(watched.pong))
-        watched.count = RequestMetrics(registry).count
+    with server_telemetry(at, watched, calls or {}):
         yield watched
+
+
+class ServingSubject(Subject, Protocol):
+    """A process that answers requests.
+
+    Attributes:
+        count: told of each request that is over.
+    """
+
+    count: Callable[[Finished], None]
+
+    def pong(self) -> Pong | None:
+        """How the server is; None before it answers at its address."""
+        ...
+
+
+@contextmanager
+def server_telemetry(
+    at: Endpoint, subject: ServingSubject, calls: Mapping[Role, Pool]
+) -> Generator["CollectorRegistry"]:
+    """`process_telemetry` of a process that answers requests, with the metrics of these; yields the registry."""
+    with needs_libraries():
+        # Only here: a process that does not serve this does not load it.
+        from protocol.telemetry.metrics import RequestMetrics, WorkerCollector
+    with process_telemetry(at, subject, calls) as registry:
+        registry.register(WorkerCollector(subject.pong))
+        subject.count = RequestMetrics(registry).count
+        yield registry

@@ -86,13 +86,13 @@ class TestEveryFile:
 
     def test_is_the_one_that_the_run_was_made_with(self, folder, tmp_path, name):
         run = make_run(for_a_run(load_config(write_config(folder, name))), tmp_path / "run")
-        run.require_as_it_was()
+        run.verified_config()
         (folder / FILE).write_bytes(b"ours, trained for longer")
         with pytest.raises(OtherArtifact, match=f"{name}: .* is another one: {folder / FILE}"):
-            run.require_as_it_was()
+            run.verified_config()
         (folder / FILE).unlink()
         with pytest.raises(OtherArtifact, match=f"{name}: .* is missing"):
-            run.require_as_it_was()
+            run.verified_config()
 
     def test_may_be_moved(self, folder, tmp_path, name):
         path = write_config(folder, name)
@@ -101,9 +101,9 @@ class TestEveryFile:
         (folder / FILE).rename(folder / "moved.file")
         text = run.config_path.read_text().replace(str(folder / FILE), str(folder / "moved.file"))
         run.config_path.write_text(text)
-        run.require_as_it_was()
+        run.verified_config()
         require_same(fingerprint(before), run.config(), "a checkpoint")
-        RunDirectory.open_for(run.path, for_a_run(load_config(write_config(folder, name, "moved.file"))))
+        RunDirectory.open(run.path).config_matching(for_a_run(load_config(write_config(folder, name, "moved.file"))))
 
     def test_is_what_a_checkpoint_says(self, folder, name):
         path = write_config(folder, name)
@@ -147,10 +147,10 @@ def test_the_bodies_of_the_cache_are_recorded_as_well_and_may_be_in_another_cach
     run = make_run(for_a_run(RunConfig()), tmp_path / "run")
     cache.rename(folder / "moved")
     monkeypatch.setenv("VANTAGE_CACHE", str(folder / "moved"))
-    run.require_as_it_was()
+    run.verified_config()
     (folder / "moved" / "bodies-v1.npz").write_bytes(b"bodies that were baked anew")
     with pytest.raises(OtherArtifact, match=r"render\.bodies: the file of bodies is another one"):
-        run.require_as_it_was()
+        run.verified_config()
 
 
 def test_a_checksum_that_is_written_into_a_configuration_is_held_to(folder):

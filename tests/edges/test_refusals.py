@@ -17,12 +17,13 @@ from orchestrator import training
 from orchestrator.cli.app import app
 from orchestrator.doctor import done as checked
 from orchestrator.doctor.machine import check_cache, check_files
-from orchestrator.errors import Interrupted, RunError
+from orchestrator.errors import RunError
 from orchestrator.monitoring.status import run_status
 from orchestrator.run.run_directory import Plan
 from orchestrator.run.run_log import log_directory, run_log
 from perception_worker.networks.models import OPENPOSE_MOBILENET_THIN_5
 from protocol.artifact import cache_directory, require_place
+from protocol.errors import Interrupted
 from protocol.system.home import home_at_hand, home_directory
 
 NOBODYS_NUMBER = "12345"

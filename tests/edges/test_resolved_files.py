@@ -35,7 +35,7 @@ def make_run(folder: Path) -> RunDirectory:
 
 
 def open_run(path: Path) -> None:
-    RunDirectory.open(path).require_as_it_was()
+    RunDirectory.open(path).verified_config()
 
 
 def make_experiment(folder: Path) -> ExperimentDirectory:

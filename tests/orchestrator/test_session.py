@@ -1,15 +1,15 @@
 import pytest
 
-from orchestrator.errors import HostLost, Interrupted, ProcessFailed
+from orchestrator.errors import HostLost, ProcessFailed
 from orchestrator.monitoring.live_display import Snapshot
 from orchestrator.session import Session
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.heartbeat import Health
 from orchestrator.supervision.supervisor import Supervisor
 from protocol.config import SupervisionConfig
-from protocol.errors import DeadlineExceeded
+from protocol.errors import DeadlineExceeded, Interrupted
 from protocol.messages import Role, WorkerRecord
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 
 

@@ -48,7 +48,7 @@ class FullDisk(Scenario):
         """Leave it full until a checkpoint was tried."""
         try:
             carried_out(run, CHECKPOINT)
-            run.nap(self._seconds)
+            run.sleep(self._seconds)
         finally:
             limit_files(self._agent.pid, self._most)
         return self._filled

@@ -45,7 +45,7 @@ class KillOrchestrator(Scenario):
         """Kill it, and start another a while later."""
         run.signal_orchestrator(signal.SIGKILL)
         killed = run.now()
-        run.nap(self._absence)
+        run.sleep(self._absence)
         run.resume()
         return killed
 

@@ -50,7 +50,7 @@ class StopOrchestrator(Scenario):
         """Stop it for a while."""
         run.signal_orchestrator(signal.SIGSTOP)
         stopped = run.now()
-        run.nap(2 * run.timeouts.liveness)
+        run.sleep(2 * run.timeouts.liveness)
         if self._kill:
             run.signal_orchestrator(signal.SIGKILL)
             run.resume()

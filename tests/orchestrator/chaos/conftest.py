@@ -9,10 +9,10 @@ import pytest
 
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.run.run_directory import ProcessRecord, RunDirectory
-from orchestrator.stop_request import StopRequest
 from protocol.config import RunConfig, TimeoutsConfig
 from protocol.failpoint import Failpoints
 from protocol.messages import Role
+from protocol.system.stop_request import StopRequest
 
 SLEEP = (sys.executable, "-c", "import time; time.sleep(600)")
 WORKERS = Path(__file__).parents[1] / "workers"

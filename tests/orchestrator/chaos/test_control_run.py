@@ -3,11 +3,12 @@ import pytest
 
 from orchestrator.chaos.control_run import control_run, identity
 from orchestrator.chaos.errors import RehearsalFailed
-from orchestrator.errors import Interrupted, RunBusy
+from orchestrator.errors import RunBusy
 from orchestrator.run.run_directory import RunDirectory, resolved_toml
-from orchestrator.stop_request import StopRequest
 from protocol.config import RunConfig
+from protocol.errors import Interrupted
 from protocol.records import Phase, Progress, Summary
+from protocol.system.stop_request import StopRequest
 
 CONFIG = RunConfig(seed=5)
 SUMMARY = Summary(
@@ -28,7 +29,7 @@ def ask(tmp_path):
     def ask():
         path, stop = tmp_path / "c.toml", StopRequest()
         path.write_bytes(resolved_toml(CONFIG))
-        return control_run(path, tmp_path / "runs", stop, lambda _: stop.ask())
+        return control_run(path, CONFIG, tmp_path / "runs", stop, lambda _: stop.ask())
 
     return ask
 

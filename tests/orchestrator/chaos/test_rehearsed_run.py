@@ -7,11 +7,11 @@ import pytest
 from orchestrator.chaos.errors import NotRecovered, RehearsalFailed
 from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.chaos.scenarios.children import MARK, marked
-from orchestrator.errors import Interrupted
 from orchestrator.run.socket_directory import sockets_of
-from orchestrator.stop_request import StopRequest
 from protocol.config import TimeoutsConfig
+from protocol.errors import Interrupted
 from protocol.messages import Role
+from protocol.system.stop_request import StopRequest
 
 
 @pytest.mark.slow
@@ -38,7 +38,7 @@ def test_a_request_to_stop_ends_every_wait(tmp_path, rehearsed):
     with RehearsedRun(tmp_path / "c.toml", tmp_path / "other", TimeoutsConfig(), stop, lambda _: None) as run:
         stop.ask()
         with pytest.raises(Interrupted):
-            run.nap(600.0)
+            run.sleep(600.0)
 
 
 def test_whoever_looks_is_shown_the_run(tmp_path):

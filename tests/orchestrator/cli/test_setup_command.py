@@ -7,8 +7,8 @@ import pytest
 
 from orchestrator.cli import setup_command
 from orchestrator.cli.setup_command import run_setup
-from orchestrator.errors import Interrupted
-from orchestrator.stop_request import StopRequest, stop_on_signals
+from protocol.errors import Interrupted
+from protocol.system.stop_request import StopRequest, stop_on_signals
 
 
 @pytest.fixture

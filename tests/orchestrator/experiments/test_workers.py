@@ -6,13 +6,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from orchestrator.errors import Interrupted
 from orchestrator.experiments.workers import Rate, WorkerPools, experiment_workers, with_workers
 from orchestrator.monitoring.live_display import Snapshot
-from orchestrator.stop_request import StopRequest
 from protocol.config import RunConfig, TimeoutsConfig
-from protocol.errors import InvalidInput
+from protocol.errors import Interrupted, InvalidInput
 from protocol.messages import SampleScene
+from protocol.system.stop_request import StopRequest
 
 
 class Screen:

@@ -5,12 +5,12 @@ import pytest
 from orchestrator.hosting.host import GOODBYE, HostOrder, HostTable, HostWatch, host
 from orchestrator.hosting.joined_runs import JoinedRuns
 from orchestrator.monitoring.live_display import Snapshot
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.registry import Registry, serve_registry
 from protocol.client.client import Client
 from protocol.errors import AddressUnavailable, NotPermitted
 from protocol.messages import Dismiss, Lookup, Register, Role, State, WorkerRecord
 from protocol.security import Security, load_credentials
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 from tests.protocol.security.deployment import Deployment, free_port
 

@@ -10,10 +10,10 @@ from orchestrator.errors import HostLost, HostNotTold
 from orchestrator.hosting.host import HostTable
 from orchestrator.hosting.joined_runs import JoinedRuns
 from orchestrator.hosting.joining import Join, JoinedHost, NameLookup, dismiss, join_of
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.registry import Registry, serve_registry
 from protocol.errors import AddressUnavailable, InvalidInput, NotPermitted
 from protocol.messages import Register, Role, State, WorkerRecord
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 from tests.protocol.security.deployment import Deployment, free_port
 

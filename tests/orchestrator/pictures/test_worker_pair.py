@@ -1,11 +1,11 @@
 import pytest
 
-from orchestrator.errors import Interrupted
 from orchestrator.monitoring.live_display import Snapshot
 from orchestrator.pictures.worker_pair import worker_pair
-from orchestrator.stop_request import StopRequest
 from protocol.config import PerceptionConfig, RenderConfig, RunConfig
+from protocol.errors import Interrupted
 from protocol.messages import Role, SampleScene
+from protocol.system.stop_request import StopRequest
 
 
 class Quiet:

@@ -2,8 +2,9 @@ import errno
 
 import pytest
 
-from orchestrator.errors import Interrupted, RunError
+from orchestrator.errors import RunError
 from orchestrator.run.ending import Ending, ending_by
+from protocol.errors import Interrupted
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,10 @@ import sys
 import pytest
 
 from orchestrator.errors import ProcessFailed
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.launch import Launch
 from protocol.messages import Role
+from protocol.system.stop_request import StopRequest
 
 SLEEP = "import time; time.sleep(600)"
 NOTES_ITS_END = """

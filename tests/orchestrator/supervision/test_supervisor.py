@@ -11,7 +11,6 @@ import psutil
 import pytest
 
 from orchestrator.errors import ProcessFailed, RestartsExhausted
-from orchestrator.stop_request import StopRequest
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.launch import Launch
 from orchestrator.supervision.left_behind import LeftBehind
@@ -21,6 +20,7 @@ from protocol.client.client import Client
 from protocol.config import SupervisionConfig
 from protocol.errors import DeadlineExceeded
 from protocol.messages import Role, SampleScene
+from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 
 FAST = Timeouts(heartbeat=0.1, startup=60.0, liveness=15.0, progress=30.0)
