@@ -68,7 +68,7 @@ class Observer(Protocol):
         ...
 
 
-class _Nobody:
+class _NoObserver:
     def attend(self, worker: Observed) -> None:
         pass
 
@@ -76,7 +76,7 @@ class _Nobody:
         pass
 
 
-NOBODY: Observer = _Nobody()
+NO_OBSERVER: Observer = _NoObserver()
 """Watches nothing."""
 
 

@@ -21,8 +21,8 @@ class Call:
         number: its own, in the order of submission.
         tries: how often it was sent.
         losses: how often it was lost with its worker.
-        shunned: address of the worker that refused it last.
-        trouble: what went wrong last, in words.
+        refused_by: address of the worker that refused it last.
+        last_error: what went wrong last, in words.
     """
 
     request: str
@@ -36,8 +36,8 @@ class Call:
     number: int = 0
     tries: int = 0
     losses: int = 0
-    shunned: str | None = None
-    trouble: str = ""
+    refused_by: str | None = None
+    last_error: str = ""
 
     @property
     def deadline(self) -> float:

@@ -161,8 +161,8 @@ class Caller:
             if self._is_inherited:
                 inherited = self._opened
                 self._opened = self._open(None)
-                if inherited.is_watching:
-                    self._opened.watch()
+                if inherited.is_monitoring:
+                    self._opened.monitor()
                 inherited.disown()
                 self._process = os.getpid()
 

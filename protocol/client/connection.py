@@ -71,7 +71,7 @@ class Connection:
         held: the calls that the worker holds.
         health: what the worker's pongs tell.
         used: when a call was last sent on the connection.
-        watched: whether the worker is pinged also while it holds no calls, so that `is_at_work` stays current.
+        is_monitored: whether the worker is pinged also while it holds no calls, so that `is_at_work` stays current.
         late: number of replies to calls that had ended or were sent again.
         malformed: number of messages that could not be decoded.
     """
@@ -92,7 +92,7 @@ class Connection:
         self.phase = Phase.CONNECTING
         self.held = HeldCalls()
         self.used = 0.0
-        self.watched = False
+        self.is_monitored = False
         self.late = 0
         self.malformed = 0
         self._hello = hello
@@ -214,7 +214,7 @@ class Connection:
 
     @property
     def _wants_pings(self) -> bool:
-        return self.phase is Phase.OPEN and (self.watched or len(self.held) > 0 or self.health.needs_pings)
+        return self.phase is Phase.OPEN and (self.is_monitored or len(self.held) > 0 or self.health.needs_pings)
 
     @property
     def _heartbeat(self) -> float:

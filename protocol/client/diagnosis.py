@@ -58,7 +58,7 @@ def expiry(call: Call, connections: Sequence[Connection], now: float) -> CallFai
         )
     holder = next((one for one in connections if call in one.held), None)
     tries = f"{call.tries} {'try' if call.tries == 1 else 'tries'}"
-    last = f"; the last one failed: {call.trouble}" if call.trouble else ""
+    last = f"; the last one failed: {call.last_error}" if call.last_error else ""
     if call.losses and holder is None:
         return WorkerLost(
             f"{_names(connections)} was lost while it held {call.request}, and none took it "

@@ -64,7 +64,7 @@ class Dispatcher:
         self._sockets_in_use = threading.Lock()
         self._asleep_until = -math.inf
         self._closing = False
-        self._watching = False
+        self._monitoring = False
         self.turns = 0
         self._over: CallFailed | None = None
         self._retries = 0
@@ -101,9 +101,9 @@ class Dispatcher:
         self._mailbox.close()
 
     @property
-    def is_watching(self) -> bool:
+    def is_monitoring(self) -> bool:
         """Whether workers are pinged also while they hold no calls."""
-        return self._watching
+        return self._monitoring
 
     @property
     def statistics(self) -> Statistics:
@@ -117,11 +117,11 @@ class Dispatcher:
 
     def wake(self) -> None:
         """Have the thread take a turn, which `turns` counts."""
-        self._mailbox.ring()
+        self._mailbox.wake()
 
-    def watch(self) -> None:
+    def monitor(self) -> None:
         """Ping the workers also while they hold no calls, from now on. May be called from any thread."""
-        self._mailbox.put(self._watch)
+        self._mailbox.put(self._monitor)
 
     def standings(self) -> tuple[Standing, ...]:
         """How each worker stands, as of what was heard of it last. May be called from any thread."""
@@ -138,7 +138,7 @@ class Dispatcher:
             self._mailbox.put(partial(_raise, error))
             return
         if other_sockets or self._due() < self._asleep_until or self._has_input():
-            self._mailbox.ring()
+            self._mailbox.wake()
 
     def _run(self) -> None:
         over = ClientClosed("the client is closed")
@@ -165,7 +165,7 @@ class Dispatcher:
         woken = wait_for_input(descriptors, patience)
         with self._sockets_in_use:
             if self._mailbox.fileno() in woken:
-                self._mailbox.hear()
+                self._mailbox.clear_wakeups()
                 self._admit()
             for connection in self._connections:
                 self._attend(connection)
@@ -208,10 +208,10 @@ class Dispatcher:
     def _stop(self) -> None:
         self._closing = True
 
-    def _watch(self) -> None:
-        self._watching = True
+    def _monitor(self) -> None:
+        self._monitoring = True
         for connection in self._connections:
-            connection.watched = True
+            connection.is_monitored = True
 
     def _add(self, connect: Callable[[], Connection]) -> None:
         try:
@@ -219,7 +219,7 @@ class Dispatcher:
         except VantageError as error:
             _log.warning("can't connect to a worker: %s", error)
             return
-        connection.watched = self._watching
+        connection.is_monitored = self._monitoring
         self._connections.append(connection)
 
     def _leave(self, address: str) -> None:
@@ -267,8 +267,8 @@ class Dispatcher:
     def _settle(self, connection: Connection, answer: Answer) -> None:
         call, reply, header = answer
         if isinstance(reply, Failure) and reply.retryable:
-            call.shunned = connection.address
-            call.trouble = f"{reply.code}: {reply.message}"
+            call.refused_by = connection.address
+            call.last_error = f"{reply.code}: {reply.message}"
             self._at(self._clock() + self._timeouts.backoff(call.tries), self._dispatch, call)
             return
         self._remove(call)
@@ -296,7 +296,7 @@ class Dispatcher:
         for suspect in self._connections:
             if suspect.health.suspicion is not None and any(one.takes_calls for one in self._connections):
                 for call in suspect.take_movable():
-                    call.trouble = f"{suspect.name} was given up: {suspect.health.suspicion}"
+                    call.last_error = f"{suspect.name} was given up: {suspect.health.suspicion}"
                     self._lose(call)
 
     def _give_up(self, call: Call) -> None:
@@ -350,7 +350,7 @@ def _raise(error: Exception) -> None:
 def _reluctance(connection: Connection, call: Call) -> tuple[bool, bool, int, float]:
     """Smallest for the connection that the call should go to."""
     return (
-        call.shunned == connection.address,
+        call.refused_by == connection.address,
         bool(connection.health.lacks),
         len(connection.held),
         connection.used,

@@ -87,9 +87,9 @@ class Pool(Caller):
         """Wait until at least one worker has started, which may be added meanwhile; errors as in `wait_ready`."""
         self._submit(Ping(), self._timeouts.startup, None, at_once=False).result()
 
-    def watch(self) -> None:
+    def monitor(self) -> None:
         """Ping the workers also while they hold no calls, so that `standings` stays current."""
-        self._dispatcher.watch()
+        self._dispatcher.monitor()
 
     def standings(self) -> tuple[Standing, ...]:
         """How each worker stands, by its last messages; sends nothing."""

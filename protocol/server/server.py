@@ -22,7 +22,7 @@ from protocol.failure import failure_of, internal
 from protocol.limits import DEFAULT_LIMITS, Limits
 from protocol.message import Reply, Request
 from protocol.messages import Failure, Role
-from protocol.observer import NOBODY, Observer, handled, refused
+from protocol.observer import NO_OBSERVER, Observer, handled, refused
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.guard import guard_of
 from protocol.server.listener import Job, Listener
@@ -57,7 +57,7 @@ def serve(
     registration: RegistrationSettings | None = None,
     failpoint: Failpoint = no_failpoint,
     security: Security = LOCAL_ONLY,
-    observer: Observer = NOBODY,
+    observer: Observer = NO_OBSERVER,
     calls: Mapping[Role, Pool] | None = None,
     hand_over: Callable[[Callable[[], None]], None] = lambda drain: None,
 ) -> None:
@@ -121,7 +121,7 @@ def serve(
             lacks=partial(lacking, calls or {}),
         )
         for pool in (calls or {}).values():
-            pool.watch()
+            pool.monitor()
         _log.info("%s listens at %s", role, bind, extra={"incarnation": listener.incarnation})
         hand_over(listener.drain)
         registering = registered(registration, listener, bind, timeouts, security) if registration else nullcontext()
@@ -244,5 +244,5 @@ def _drain_by_signal(listener: Listener) -> Generator[None]:
 
     # A process that was stopped may get its signals in any thread, and a main thread that waits for a job sleeps on.
     # The listener is told in any case, and its end is the end of that wait.
-    with signals_handled(ENDING, drain), signals_written_to(listener.bell):
+    with signals_handled(ENDING, drain), signals_written_to(listener.wakeup_descriptor):
         yield

@@ -36,7 +36,7 @@ def process_telemetry(at: Endpoint, subject: Subject, calls: Mapping[Role, Pool]
     control = Control(at.token, _end_this_process) if at.token else None
     with served(telemetry_app(subject, registry, control), at):
         for pool in calls.values():
-            pool.watch()
+            pool.monitor()
         yield registry
 
 

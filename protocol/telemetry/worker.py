@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from protocol.client.pool import Pool
 from protocol.messages import Pong, Role, State
-from protocol.observer import NOBODY, Finished, Observed, Observer, Turning
+from protocol.observer import NO_OBSERVER, Finished, Observed, Observer, Turning
 from protocol.telemetry.endpoint import Endpoint
 from protocol.telemetry.info import About, Info, info
 from protocol.telemetry.process import needs_libraries, process_telemetry
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from prometheus_client import CollectorRegistry
 
 
-class WatchedWorker:
+class ObservedWorker:
     """Watches a worker, and can be asked how it is.
 
     Args:
@@ -31,7 +31,7 @@ class WatchedWorker:
         self._about = about
         self._calls = calls
         self._worker: Observed | None = None
-        self.count: Callable[[Finished], None] = NOBODY.finished
+        self.count: Callable[[Finished], None] = NO_OBSERVER.finished
 
     def attend(self, worker: Observed) -> None:
         """This is the worker."""
@@ -77,11 +77,11 @@ def worker_telemetry(
         Unavailable: a library that this needs is not installed.
     """
     if at is None:
-        yield NOBODY
+        yield NO_OBSERVER
         return
-    watched = WatchedWorker(about, calls or {})
-    with server_telemetry(at, watched, calls or {}):
-        yield watched
+    observed = ObservedWorker(about, calls or {})
+    with server_telemetry(at, observed, calls or {}):
+        yield observed
 
 
 class ServingSubject(Subject, Protocol):

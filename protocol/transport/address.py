@@ -1,4 +1,4 @@
-"""Where a worker is: `tcp://host:port` between machines, `ipc:///path/of/a/socket` within one."""
+"""A worker's address: `tcp://host:port` between machines, `ipc:///path/of/a/socket` within one."""
 
 import contextlib
 import errno
@@ -9,7 +9,7 @@ from pathlib import Path
 from protocol.errors import AddressUnavailable
 
 LONGEST_IPC_PATH = 103
-"""Bytes; macOS takes the fewest, Linux 107."""
+"""Bytes that every system takes: macOS 103, Linux 107."""
 
 _TCP = re.compile(r"tcp://(?P<host>\[[0-9A-Fa-f:.%]+\]|[A-Za-z0-9._*-]+):(?P<port>\d{1,5}|\*)")
 
@@ -18,7 +18,7 @@ _EVERY_INTERFACE = re.compile(r"tcp://(?:\*|0\.0\.0\.0|\[::\]):(?P<port>\d{1,5})
 
 
 def check_address(address: str) -> str:
-    """Return `address` if it is one.
+    """Return `address` if it is well formed.
 
     Raises:
         AddressUnavailable: it is not, or its socket's path is longer than the system takes.
@@ -32,18 +32,18 @@ def check_address(address: str) -> str:
 
 
 def ipc_path(address: str) -> Path | None:
-    """The socket's file, for an address within this machine."""
+    """The socket's file for an `ipc://` address; None for any other."""
     return Path(address.removeprefix("ipc://")) if address.startswith("ipc://") else None
 
 
 def host_of(address: str) -> str:
-    """The machine's name or number in an address; empty for one within this machine."""
+    """The host name or IP address in a `tcp://` address; empty for any other."""
     match = _TCP.fullmatch(address)
     return "" if match is None else match["host"].strip("[]")
 
 
 def reachable(bind: str, host: str) -> str:
-    """Where others reach what is bound there: at the host's name, if it is bound to every interface."""
+    """The address at which other machines reach a socket: `host` in place of a bind to every interface."""
     match = _EVERY_INTERFACE.fullmatch(bind)
     return bind if match is None else f"tcp://{host}:{match['port']}"
 

@@ -182,7 +182,7 @@ class TestParents:
             serving(addresses[1], role=Role.PERCEPTION, calls={Role.RENDER: children}),
             Pool(addresses, role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENT) as pool,
         ):
-            pool.watch()
+            pool.monitor()
             yield pool
 
     @pytest.mark.slow

@@ -327,7 +327,7 @@ def test_an_address_in_use_is_told(address):
 def test_a_port_in_use_is_told():
     with zmq.Context() as context, context.socket(zmq.ROUTER) as taken:
         port = taken.bind_to_random_port("tcp://127.0.0.1")
-        with pytest.raises(AddressUnavailable, match=f"tcp://127.0.0.1:{port} is in use; end who serves there"):
+        with pytest.raises(AddressUnavailable, match=f":{port} is in use; stop the process that serves there"):
             serve(lambda: SCENES, role=Role.RENDER, bind=f"tcp://127.0.0.1:{port}")
 
 
@@ -377,4 +377,4 @@ def test_a_mistake_while_a_handler_sends_ends_the_worker_with_it(address, monkey
             pending.cancel()
         with pytest.raises(RuntimeError, match="a mistake"):
             worker.result()
-    assert "the listener has failed" in caplog.text
+    assert "the worker's I/O thread failed" in caplog.text
