@@ -178,7 +178,7 @@ class Connection:
         """The call has ended: a reply to it counts as late."""
         self.held.forget(call)
 
-    def tend(self) -> None:
+    def maintain(self) -> None:
         """Do what is due: open the next socket, or ping a worker that holds calls or starts."""
         if not self._has_duties or self._clock() < self._due:
             return
@@ -189,7 +189,7 @@ class Connection:
 
     @property
     def due(self) -> float | None:
-        """When `tend` may have something to do next."""
+        """When `maintain` may have something to do next."""
         # A worker that holds no calls now may soon hold the next one. The dispatcher wakes at the time planned for the
         # last call, which is early enough for the next one, so that call need not wake it.
         return self._due if self._has_duties or self._clock() < self._due else None
@@ -205,7 +205,7 @@ class Connection:
 
     @property
     def _is_closed(self) -> bool:
-        """Whether the connection has no socket at the moment; `tend` opens the next one."""
+        """Whether the connection has no socket at the moment; `maintain` opens the next one."""
         return self.phase is Phase.BROKEN or (self.phase is Phase.REFUSED and self._handshake.is_denied)
 
     @property

@@ -217,7 +217,7 @@ class Listener:
                 self._mailbox.clear_wakeups()
                 self._empty_mailbox()
             if self._guard is not None:
-                self._guard.look()
+                self._guard.read_events()
             self._file.restore_if_missing()
             for arrival in arrivals(self._socket, self._limits, keyed=self._guard is not None):
                 self._take(arrival)

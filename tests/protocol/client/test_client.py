@@ -314,4 +314,4 @@ def test_a_mistake_of_the_client_s_own_ends_every_call_and_leaves_none_waiting(a
             client.call(ask(1))
         with pytest.raises(ClientClosed, match="a mistake"):
             client.call(ask(2))
-    assert "the client's thread has failed" in caplog.text
+    assert "the client's I/O thread failed" in caplog.text

@@ -256,7 +256,7 @@ def test_a_question_to_a_worker_that_is_removed_ends(addresses):
     with pool_of(addresses) as pool:
         pool.remove(addresses[0])
         pool.remove(addresses[1])
-        with pytest.raises(WorkerLost, match=f"{addresses[0]} was let go before it answered Ping"):
+        with pytest.raises(WorkerLost, match=f"{addresses[0]} was removed before it answered Ping"):
             pool._ping(addresses[0])
 
 
