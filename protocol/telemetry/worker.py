@@ -1,4 +1,4 @@
-"""How a worker's process is: what its observer sees of it, behind an HTTP port."""
+"""The HTTP endpoints of a worker's process."""
 
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 
 class ObservedWorker:
-    """Watches a worker, and can be asked how it is.
+    """Observes a worker, and answers the HTTP endpoints' questions about it.
 
     Args:
-        calls: the workers that it needs, by role; without one at work of each, it is not ready.
+        calls: the pools that the worker calls, by role; it is ready only while each has a worker at work.
 
     Attributes:
-        count: told of each request that is over.
+        count: called with each request that has ended.
     """
 
     def __init__(self, about: About, calls: Mapping[Role, Pool]) -> None:
@@ -34,32 +34,32 @@ class ObservedWorker:
         self.count: Callable[[Finished], None] = NO_OBSERVER.finished
 
     def attend(self, worker: Observed) -> None:
-        """This is the worker."""
+        """The worker starts to answer."""
         self._worker = worker
 
     def finished(self, request: Finished) -> None:
-        """A request is over."""
+        """A request has ended."""
         self.count(request)
 
     def pong(self) -> Pong | None:
-        """How the worker is; None before it answers at its address."""
+        """The worker's pong; None before it answers at its address."""
         return None if self._worker is None else self._worker.pong()
 
     def threads(self) -> Iterator[Turning]:
-        """The worker's own, and those of the clients that it calls others with."""
+        """The I/O threads of the worker and of the pools that it calls."""
         if self._worker is not None:
             yield self._worker
         yield from self._calls.values()
 
     def waits(self) -> Iterator[Wait]:
-        """Its own start or end, and the workers that it needs."""
+        """The worker's own start or end, and the workers that it needs."""
         pong = self.pong()
         yield from own_waits(State.STARTING if pong is None else pong.state)
         for role, pool in self._calls.items():
             yield from waits_for_any(role, pool.standings())
 
     def info(self) -> Info:
-        """What the process is."""
+        """The process's description of itself."""
         pong = self.pong()
         return info(
             self._about, incarnation="" if pong is None else pong.incarnation, calls=addresses_called(self._calls)
