@@ -1,4 +1,4 @@
-"""The skeleton that every room speaks of: COCO-18 in OpenPose's order."""
+"""The skeleton of all rooms: COCO-18 in OpenPose's order."""
 
 from enum import IntEnum
 
@@ -94,7 +94,7 @@ def upper_body_weights() -> Float64Array:
 
 
 def weighted_uncertainty(quality: Float64Array) -> float:
-    """How unsure we are of the upper body, from 0 (certain) to 10.
+    """The weighted uncertainty of the upper body, from 0 (certain) to 10.
 
     Args:
         quality: (18,) combined quality of each joint, in [0, 1].
