@@ -76,7 +76,7 @@ def encode(message: Message, limits: Limits) -> Payload:
 
     number = MESSAGE_NUMBERS.get(type(message))
     if number is None:
-        raise InvalidInput(f"a {type(message).__name__} is no message")
+        raise InvalidInput(f"a {type(message).__name__} is not a message")
     try:
         body = msgspec.msgpack.encode(message, enc_hook=describe)
     except (msgspec.MsgspecError, OverflowError, UnicodeEncodeError) as error:

@@ -172,7 +172,7 @@ def _read_table(path: Path) -> dict[str, Any]:
     except NotUtf8 as error:
         raise InvalidConfig(f"{path} {error}") from error
     except RecursionError as error:
-        raise InvalidConfig(f"{path} is no configuration: it nests its lists or tables too deeply") from error
+        raise InvalidConfig(f"{path} is not a configuration: it nests its lists or tables too deeply") from error
     except (ValueError, *UNDECODABLE) as error:
         raise InvalidConfig(f"{path}: {error}") from error
 

@@ -346,4 +346,4 @@ class Connection:
             return error
         if isinstance(message, Reply):
             return message
-        return MalformedMessage(f"{self.name} sent a {type(message).__name__}, which is no reply")
+        return MalformedMessage(f"{self.name} sent a {type(message).__name__}, which is not a reply")

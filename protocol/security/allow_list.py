@@ -82,7 +82,7 @@ def read_allow_list(path: Path) -> AllowList:
     except OSError as error:
         raise NotPermitted(f"can't read the list of allowed keys {path}: {error.strerror}") from error
     except UNDECODABLE as error:
-        raise NotPermitted(f"{path} is no list of allowed keys: {error}") from error
+        raise NotPermitted(f"{path} is not a list of allowed keys: {error}") from error
 
 
 def write_allow_list(allowed: AllowList, path: Path) -> None:

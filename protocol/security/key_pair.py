@@ -42,7 +42,9 @@ def new_key_pair(name: str, role: Role) -> KeyPair:
     try:
         return msgspec.convert(drawn, KeyPair)
     except msgspec.ValidationError as error:
-        raise InvalidInput(f"{name!r} is no name for a key: letters, digits, '.', '_' and '-', 64 at most") from error
+        raise InvalidInput(
+            f"{name!r} is not a name for a key: use letters, digits, '.', '_' and '-', at most 64"
+        ) from error
 
 
 def write_key(key: KeyPair, path: Path) -> None:
@@ -74,7 +76,7 @@ def read_key(path: Path) -> KeyPair:
     except OSError as error:
         raise NotPermitted(f"can't read the key {path}: {error.strerror}; 'orchestrator keys new' makes one") from error
     except UNDECODABLE as error:
-        raise NotPermitted(f"{path} is no key: {error}; 'orchestrator keys new' makes one") from error
+        raise NotPermitted(f"{path} is not a key: {error}; 'orchestrator keys new' makes one") from error
     if not _fits_together(key):
         raise NotPermitted(f"{path} is damaged: its public key is not that of its secret one")
     return key

@@ -267,7 +267,7 @@ class Listener:
             case Request():
                 self._queue(sender, header, message)
             case _:
-                reason = f"{type(message).__name__} is no request"
+                reason = f"{type(message).__name__} is not a request"
                 self._reply(sender, header.request, Failure(code="unsupported", message=reason))
 
     def _queue(self, sender: Part, header: RequestHeader, request: Request[Any]) -> None:

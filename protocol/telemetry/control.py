@@ -29,7 +29,7 @@ def token_from(file: Path | None, environment: Mapping[str, str]) -> str:
     except OSError as error:
         raise NotPermitted(f"can't read the token {file}: {error.strerror}; {_HINT}") from error
     except UnicodeDecodeError as error:
-        raise NotPermitted(f"{file} is no token: it has other characters than ASCII") from error
+        raise NotPermitted(f"{file} is not a token: it has other characters than ASCII") from error
     if len(token) < _SHORTEST or not token.isprintable() or " " in token:
         raise NotPermitted(f"{file} holds no token: {_SHORTEST} characters or more without a space are one; {_HINT}")
     return token

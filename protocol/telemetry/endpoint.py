@@ -47,7 +47,7 @@ def parse_endpoint(text: str) -> Endpoint:
     host, _, port = text.rpartition(":")
     bare = host[1:-1] if host.startswith("[") and host.endswith("]") else host
     if not (port.isascii() and port.isdecimal()) or int(port) > _LARGEST_PORT or (":" in bare and bare == host):
-        raise InvalidInput(f"{text!r} is no place to serve HTTP; write a port or HOST:PORT, such as 8000 or [::1]:8000")
+        raise InvalidInput(f"{text!r} is not an HTTP endpoint; write a port or HOST:PORT, such as 8000 or [::1]:8000")
     return Endpoint(bare or LOOPBACK, int(port))
 
 

@@ -51,10 +51,10 @@ def reachable(bind: str, host: str) -> str:
 def clear_stale_socket(address: str) -> None:
     """Remove the file that a killed worker left at an ipc address.
 
-    ZeroMQ itself takes the file from whoever has it, so that two workers would believe to serve one address.
+    ZeroMQ itself would take over the file of a running worker, so that two workers would serve one address.
 
     Raises:
-        AddressUnavailable: something listens there, or a file that is no socket has this name.
+        AddressUnavailable: a process listens there, or a file that is not a socket has this name.
     """
     path = ipc_path(address)
     if path is None or not path.exists():
@@ -85,4 +85,4 @@ def _check_path(address: str, path: Path) -> None:
 def _check_tcp(address: str) -> None:
     match = _TCP.fullmatch(address)
     if match is None or (match["port"] != "*" and not 0 < int(match["port"]) < 65536):
-        raise AddressUnavailable(f"{address!r} is no address; write tcp://host:port or ipc:///path/of/a/socket")
+        raise AddressUnavailable(f"{address!r} is not an address; write tcp://host:port or ipc:///path/of/a/socket")

@@ -180,7 +180,7 @@ def test_the_command_line_takes_a_port_for_monitors_and_nothing_else(capsys):
     with pytest.raises(SystemExit) as ended_by:
         main(["--bind", "ipc:///tmp/render", "--http", "somewhere"])
     assert ended_by.value.code == 2
-    assert "'somewhere' is no place to serve HTTP" in capsys.readouterr().err
+    assert "'somewhere' is not an HTTP endpoint" in capsys.readouterr().err
 
 
 def test_a_port_in_use_ends_the_worker_before_it_loads_anything(tmp_path):

@@ -186,10 +186,10 @@ def test_options_that_make_no_sense_together_exit_with_2_before_a_run_is_made(in
     ("arguments", "said"),
     [
         (("train", "short.toml", "--join", "tcp://hub:5600"), "there is no key: make one by 'orchestrator keys new'"),
-        (("train", "short.toml", "--join", "hub"), "'hub' is no address"),
+        (("train", "short.toml", "--join", "hub"), "'hub' is not an address"),
         (("train", "short.toml", "--join", "tcp://hub:5600", "--key", "a.key"), "can't read the key"),
         (("host",), "tcp://0.0.0.0:5600 can be reached from other machines, and there is no key"),
-        (("host", "--bind", "hub"), "'hub' is no address"),
+        (("host", "--bind", "hub"), "'hub' is not an address"),
         (("host", "--key", "a.key"), "can't read the key"),
     ],
 )

@@ -144,7 +144,7 @@ def test_a_port_that_is_none_is_told(orchestrator, command):
     (orchestrator.folder / "nothing" / "config.toml").write_text("")
     done = orchestrator.run(*command.split(), "--http", "somewhere")
     assert done.returncode == 2
-    assert "'somewhere' is no place to serve HTTP" in done.stderr
+    assert "'somewhere' is not an HTTP endpoint" in done.stderr
 
 
 @pytest.mark.slow

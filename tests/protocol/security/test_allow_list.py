@@ -87,5 +87,5 @@ def test_a_list_that_can_t_be_read_any_more_changes_nothing(allowed, path, damag
 def test_what_is_no_list_is_refused_by_name(tmp_path, content):
     path = tmp_path / "allowed.json"
     path.write_bytes(content)
-    with pytest.raises(NotPermitted, match=r"allowed\.json is no list of allowed keys"):
+    with pytest.raises(NotPermitted, match=r"allowed\.json is not a list of allowed keys"):
         AllowListFile(path)

@@ -155,7 +155,7 @@ def test_a_reply_sent_to_a_worker_is_no_request(address):
     with serving(address), bare_client(address) as client:
         header = RequestHeader(1, "bare", 1.0)
         client.send([bytes(part) for part in seal(encode(Drained(), Limits()), header)])
-        assert client.receive()[1].message == "Drained is no request"
+        assert client.receive()[1].message == "Drained is not a request"
 
 
 @pytest.mark.parametrize(

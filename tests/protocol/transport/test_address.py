@@ -42,7 +42,7 @@ def test_an_address_is_returned_as_it_is(address):
     ],
 )
 def test_what_is_no_address_is_named_and_told_how_to_write(address):
-    with pytest.raises(AddressUnavailable, match=f"'{address}' is no address; write tcp://host:port or ipc://"):
+    with pytest.raises(AddressUnavailable, match=f"'{address}' is not an address; write tcp://host:port or ipc://"):
         check_address(address)
 
 
