@@ -1,4 +1,4 @@
-"""What is sent is what arrives, and what arrives broken is told apart, whatever it is."""
+"""A message arrives as it was sent, and every broken message is detected."""
 
 import msgspec
 import numpy as np

@@ -1,4 +1,4 @@
-"""The list says whose keys count, and is in force as soon as its file says something else."""
+"""The list says which keys are valid, and a change of its file takes effect at once."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""A worker with keys answers those who may call, and nobody else; its log says who tried."""
+"""A worker with keys answers only clients that may call; its log names the others."""
 
 import logging
 import socket

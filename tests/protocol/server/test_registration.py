@@ -164,7 +164,7 @@ def test_a_callback_that_fails_or_closes_harms_nothing(address, process):
     registration.close()
 
 
-def test_somebody_else_at_the_address_is_no_orchestrator(address, process):
+def test_a_worker_at_the_address_is_not_taken_for_an_orchestrator(address, process):
     with serving(address), process.join(address, BRIEF):
         assert process.orphaned.wait(20)
 
@@ -194,7 +194,7 @@ def test_a_process_that_stood_still_itself_is_no_orphan(address, registry, proce
     assert not process.orphaned.is_set()
 
 
-def test_who_is_told_that_the_run_is_over_is_told_once_goes_on_registering_and_is_no_orphan(address, registry, process):
+def test_the_end_of_the_run_is_told_once_and_the_process_stays_registered_and_is_no_orphan(address, registry, process):
     with process.join(address, BRIEF, on_over=lambda: process.over.append(1)):
         wait_until(lambda: registry.beats > 2)
         assert not process.over
@@ -205,7 +205,7 @@ def test_who_is_told_that_the_run_is_over_is_told_once_goes_on_registering_and_i
     assert process.over == [1]
 
 
-def test_who_was_told_to_end_does_not_miss_whoever_told_it(address, process, caplog):
+def test_a_process_that_was_told_to_end_does_not_miss_the_orchestrator(address, process, caplog):
     kept = Registry()
     kept.over = True
     with process.join(address, BRIEF, on_over=lambda: process.over.append(1)) as registration:
@@ -216,7 +216,7 @@ def test_who_was_told_to_end_does_not_miss_whoever_told_it(address, process, cap
     assert "continuing without" not in caplog.text
 
 
-def test_a_member_that_heeds_no_end_is_not_moved_by_one(address, registry, process, caplog):
+def test_without_a_callback_the_end_of_the_run_is_ignored(address, registry, process, caplog):
     caplog.set_level("INFO", logger="protocol.server.registration")
     registry.over = True
     with process.join(address):

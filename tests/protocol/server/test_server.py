@@ -1,4 +1,4 @@
-"""A worker answers whatever comes, while it starts, computes and drains."""
+"""A worker answers every message, while it starts, computes and drains."""
 
 import os
 import sys

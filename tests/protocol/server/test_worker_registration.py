@@ -36,7 +36,7 @@ def registry(orchestrator):
 def serving_thread(
     address: str, load: Callable[[], Handlers], registration: RegistrationSettings, timeouts: Timeouts
 ) -> threading.Thread:
-    """A worker that ends when it is told to, by whomever."""
+    """A worker that ends when its orchestrator or its client tells it to."""
     options = {"role": Role.RENDER, "bind": address, "registration": registration, "timeouts": timeouts}
     thread = threading.Thread(target=serve, args=(load,), kwargs=options, daemon=True)
     thread.start()
@@ -146,7 +146,7 @@ def test_an_orchestrator_whose_address_is_none_is_told(address):
 class TestOrphanedProcess:
     @pytest.fixture
     def orchestrating(self, orchestrator, start):
-        """An orchestrator's process, there before anybody misses it."""
+        """An orchestrator's process, which answers before any process misses it."""
         process = start("keeps_a_registry", orchestrator)
         with client_of(orchestrator) as client:
             client.wait_ready()

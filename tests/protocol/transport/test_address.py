@@ -68,7 +68,7 @@ def test_a_tcp_address_has_no_file():
     assert ipc_path("ipc:///a/b") == Path("/a/b")
 
 
-def test_a_socket_that_nobody_listens_at_is_removed(address):
+def test_the_file_of_a_socket_without_a_listener_is_removed(address):
     path = Path(address.removeprefix("ipc://"))
     left = socket.socket(socket.AF_UNIX)
     left.bind(str(path))

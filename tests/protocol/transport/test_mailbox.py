@@ -36,7 +36,7 @@ def test_the_reader_is_woken():
     mailbox.close()
 
 
-def test_a_thing_is_handled_by_who_brings_it_while_nobody_is_at_work():
+def test_an_item_is_handled_in_the_thread_that_puts_it_while_the_reader_waits():
     mailbox: Mailbox[int] = Mailbox()
     in_use, handled = threading.Lock(), []
     mailbox.put_or_handle(1, in_use, lambda: handled.append((mailbox.take(), in_use.locked())))
@@ -98,7 +98,7 @@ def test_nothing_is_lost_between_threads():
     mailbox.close()
 
 
-def test_what_is_put_after_the_end_is_kept_and_harms_nobody():
+def test_an_item_put_after_the_end_is_kept_and_does_no_harm():
     mailbox: Mailbox[int] = Mailbox()
     mailbox.close()
     mailbox.put(1)
