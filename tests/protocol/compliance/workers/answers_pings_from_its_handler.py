@@ -8,7 +8,7 @@ from protocol.header import RequestHeader
 from protocol.messages import Ping
 
 _PINGS_AT_ONCE = 8
-"""At most, of all clients: a ping in the queue lowers the progress by one, and that must not get negative."""
+"""At most: an answered ping lowers the progress by one until its reply is sent, and that must not get negative."""
 
 
 class AnswersPingsFromItsHandler(ProperWorker):
@@ -18,10 +18,9 @@ class AnswersPingsFromItsHandler(ProperWorker):
 
     def answer(self, sender, header: RequestHeader, message) -> None:
         if isinstance(message, Ping):
-            # Not counted as work, so that its counters are right.
+            # Not counted as work, here and below, so that its counters are right.
             self.jobs.put(Job(sender, header.request, message, time.monotonic() + header.deadline))
             self.in_hand += 1
-            self.progress -= 1
         else:
             super().answer(sender, header, message)
 
@@ -30,6 +29,7 @@ class AnswersPingsFromItsHandler(ProperWorker):
             self.in_hand -= 1
             pong = self.health()
             self.in_hand += 1
+            self.progress -= 1
             return pong
         return super().compute(request)
 
