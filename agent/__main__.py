@@ -12,7 +12,7 @@ from agent.connections import WorkerAccess
 from protocol.errors import VantageError
 from protocol.failpoint import failpoint_of
 from protocol.security.options import add_security_options, security_of
-from protocol.server.worker_registration import WorkerRegistration
+from protocol.server.registration_settings import RegistrationSettings
 from protocol.system import logs
 from protocol.system.exit_code import ExitCode, logged_exit_code_of
 from protocol.telemetry.endpoint import add_http_options, endpoint_of
@@ -59,7 +59,7 @@ def _workers(options: argparse.Namespace, parser: argparse.ArgumentParser) -> Wo
         parser.error("without --orchestrator, --render and --perception are required")
     registration = None
     if options.orchestrator is not None:
-        registration = WorkerRegistration(options.orchestrator, options.name or options.job)
+        registration = RegistrationSettings(options.orchestrator, options.name or options.job)
     return WorkerAccess(
         render=tuple(options.render),
         perception=tuple(options.perception),

@@ -16,8 +16,8 @@ from protocol.config import RunConfig
 from protocol.incarnation import new_incarnation
 from protocol.messages import Role, State, WorkerRecord
 from protocol.security import LOCAL_ONLY, Security
-from protocol.server.membership import Membership
-from protocol.server.worker_registration import WorkerRegistration
+from protocol.server.registration import Registration
+from protocol.server.registration_settings import RegistrationSettings
 from protocol.system.priority import let_others_go_first
 from protocol.timeouts import Timeouts
 
@@ -30,7 +30,7 @@ class WorkerAccess(Struct, frozen=True):
 
     render: tuple[str, ...] = ()
     perception: tuple[str, ...] = ()
-    registration: WorkerRegistration | None = None
+    registration: RegistrationSettings | None = None
     security: Security = LOCAL_ONLY
 
 
@@ -44,13 +44,13 @@ class Connections:
             security = workers.security
             self._render = opened.enter_context(_pool(workers.render, Role.RENDER, timeouts, security))
             self._perception = opened.enter_context(_pool(workers.perception, Role.PERCEPTION, timeouts, security))
-            self._enrolled = workers.registration is not None
+            self._is_registered = workers.registration is not None
             if workers.registration is not None:
-                membership = opened.enter_context(
-                    _membership(workers.registration, self.incarnation, on_orphaned, timeouts, security)
+                registration = opened.enter_context(
+                    _registration(workers.registration, self.incarnation, on_orphaned, timeouts, security)
                 )
-                membership.follow(self._render, Role.RENDER)
-                membership.follow(self._perception, Role.PERCEPTION)
+                registration.follow(self._render, Role.RENDER)
+                registration.follow(self._perception, Role.PERCEPTION)
             # Only now: the connections' threads keep theirs, so that an update does not hold up the next pictures.
             let_others_go_first()
             self._opened = opened.pop_all()
@@ -64,7 +64,7 @@ class Connections:
             VersionMismatch, WrongRole: who is there is not one to talk to.
         """
         for pool in (self._render, self._perception):
-            if self._enrolled:
+            if self._is_registered:
                 pool.wait_any_ready()
             else:
                 pool.wait_ready()
@@ -91,13 +91,13 @@ def _pool(addresses: tuple[str, ...], serves: Role, timeouts: Timeouts, security
     return Pool(addresses, role=Role.AGENT, serves=serves, timeouts=timeouts, security=security)
 
 
-def _membership(
-    registration: WorkerRegistration,
+def _registration(
+    registration: RegistrationSettings,
     incarnation: str,
     on_orphaned: Callable[[], None],
     timeouts: Timeouts,
     security: Security,
-) -> Membership:
+) -> Registration:
     # It serves nobody, so there is no address, and nothing to be ready for.
     record = WorkerRecord(
         role=Role.AGENT,
@@ -107,7 +107,7 @@ def _membership(
         name=registration.name,
         pid=os.getpid(),
     )
-    return Membership(
+    return Registration(
         registration.orchestrator,
         describe=lambda: record,
         on_orphaned=on_orphaned,

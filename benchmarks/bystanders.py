@@ -33,7 +33,6 @@ from perception_worker.perceive import Perceiver
 from protocol.arrays import BoolArray, Float64Array, UInt8Array
 from protocol.camera import Camera, project
 from protocol.config import RunConfig, settled
-from protocol.messages import Render
 from protocol.pose_estimate import FilterState, PoseEstimate
 from protocol.scene import Scene
 from protocol.skeleton import Joint
@@ -123,7 +122,7 @@ class Looker:
         without = replace(scene, bystanders=())
         before = a_step_before(camera, self._environment, rng)
         alone, both, before_alone, before_both = (
-            self._renderer.render(Render(scene=shown, camera=taken_by, truth=True))
+            self._renderer.render(shown, taken_by, truth=True)
             for taken_by in (camera, before)
             for shown in (without, scene)
         )

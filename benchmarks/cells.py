@@ -35,7 +35,6 @@ from perception_worker.stopwatch import Stopwatch
 from protocol.arrays import Float64Array
 from protocol.config import EnvironmentConfig, PerceptionConfig, RunConfig, settled
 from protocol.frame import Frame
-from protocol.messages import Render
 from protocol.pose_estimate import FilterState
 from render_worker.renderer import open_renderer
 from render_worker.scenes import sample_scene
@@ -135,7 +134,7 @@ def views(scenes: int, look: str, environment: EnvironmentConfig) -> Iterator[Vi
             camera = replace(camera_at(viewpoint, scene, environment), depth_noise=("none", "d435i")[seed % 2])
             state = FilterState.initial((0.0, 0.0, environment.target_height))
             for _ in range(PICTURES):
-                frame = renderer.render(Render(scene=scene, camera=camera, truth=True))
+                frame = renderer.render(scene, camera, truth=True)
                 view, state = pipeline.view(scene.identity, frame, state)
                 yield view
                 camera = a_step_before(camera, environment, rng)

@@ -84,7 +84,7 @@ def compared(renderer: Renderer, requests: Iterable[Render]) -> list[Pair]:
 
 def _pair(renderer: Renderer, request: Render) -> Pair:
     whole_request = replace(request, region=None)
-    renderer.render(whole_request)
+    _drawn(renderer, whole_request)
     whole, whole_seconds = _timed(renderer, whole_request)
     part, part_seconds = _timed(renderer, request)
     cut = whole.part(request.region or whole.area)
@@ -99,8 +99,12 @@ def _truth(frame: Frame) -> tuple[bytes, ...]:
 
 def _timed(renderer: Renderer, request: Render) -> tuple[Frame, float]:
     begun = time.perf_counter()
-    frame = renderer.render(request)
+    frame = _drawn(renderer, request)
     return frame, time.perf_counter() - begun
+
+
+def _drawn(renderer: Renderer, request: Render) -> Frame:
+    return renderer.render(request.scene, request.camera, region=request.region, truth=request.truth)
 
 
 def row(name: str, pairs: Sequence[Pair]) -> str:

@@ -36,7 +36,6 @@ from protocol.camera import Camera
 from protocol.config import RunConfig, settled
 from protocol.errors import Unavailable
 from protocol.frame import Frame
-from protocol.messages import Render
 from protocol.region import Region
 from render_worker.renderer import open_renderer
 from render_worker.scenes import sample_scene
@@ -85,7 +84,7 @@ def recorded(frames: int, bystanders: int) -> Iterator[Recorded]:
         for seed, viewpoint in zip(range(frames), all_views(seed=0), strict=False):
             scene = sample_scene(seed, "test", bystanders)
             camera = camera_at(viewpoint, scene, config.environment)
-            frame = renderer.render(Render(scene=scene, camera=camera))
+            frame = renderer.render(scene, camera)
             yield _recorded(network.infer(frame.rgb), frame, camera)
 
 

@@ -1,9 +1,9 @@
-"""The seed's histogram of run times: its quality of estimation computed 10 000 times, one after the other.
+"""The thesis's histogram of run times: its quality of estimation computed 10 000 times, one after the other.
 
     python -m benchmarks.quality_times --plot docs/images/quality-times.png
 
 Views of test scenes are rendered, inferred and lifted first (`benchmarks.quality`); then the quality of each is
-computed in turn, in one process and one thread. The seed says "within 5 ms". Times are of the thread's own work, as a
+computed in turn, in one process and one thread. The thesis says "within 5 ms". Times are of the thread's own work, as a
 machine's other work is none of the formula's; those by the clock are told as well.
 """
 
@@ -24,7 +24,7 @@ from orchestrator.experiments.pages.plots import write
 from protocol.arrays import Float64Array
 
 CLAIM = 5.0
-"""Milliseconds, of the seed."""
+"""Milliseconds, of the thesis."""
 
 
 class RunTimes(Struct, frozen=True, kw_only=True):
@@ -66,7 +66,7 @@ def histogram(milliseconds: Float64Array) -> Picture:
     for value, words, style in (
         (found.median, f"median {found.median:.2f} ms", "-"),
         (found.p99, f"99% within {found.p99:.2f} ms", "--"),
-        (CLAIM, f"the seed's claim, {CLAIM:g} ms ({found.within_claim:.2%} within)", ":"),
+        (CLAIM, f"the thesis's claim, {CLAIM:g} ms ({found.within_claim:.2%} within)", ":"),
     ):
         place.axvline(value, color="#c55a11", ls=style, lw=1.4, label=words)
     place.set(xscale="log", yscale="log", xlabel="the thread's own time for one computation, ms", ylabel="computations")

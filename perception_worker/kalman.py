@@ -1,8 +1,8 @@
-"""Kalman filter over 18 joints at rest (seed, section 3.3.4).
+"""Kalman filter over 18 joints at rest (thesis, section 3.3.4).
 
 The state travels: `FilterState` goes out with a request and comes back updated, so any worker can take the next frame.
 Transition and observation matrices are diagonal of ones and zeros, so the covariance stays diagonal for ever and each
-coordinate is a filter of its own. What an observation's noise is, the state's rule says: the seed's takes 1 - quality
+coordinate is a filter of its own. What an observation's noise is, the state's rule says: the thesis's takes 1 - quality
 for m²; ours is a learned lifter's variance, made larger, since what a lifter gets wrong of somebody it gets wrong in
 the next frame as well (docs/qoe.md).
 """
@@ -34,7 +34,7 @@ def update(
         quality: (18,) combined quality in [0, 1].
         variance: (18, 3) m² of the points along the world's axes, where they are known.
 
-    Source: seed, section 3.3.4; open points as decided in docs/qoe.md.
+    Source: thesis, section 3.3.4; open points as decided in docs/qoe.md.
     """
     if state.rule == "variance" and variance is not None:
         return _updated(state, points, np.maximum(REPEATED * variance, LEAST_OBSERVATION_NOISE))

@@ -1,7 +1,7 @@
-"""From keypoints in the picture to points in the world (seed, section 3.2).
+"""From keypoints in the picture to points in the world (thesis, section 3.2).
 
 A keypoint can be *seen* in the picture and still not be *located* in space: where the depth around it is missing or out
-of the sensor's range. What of the depths around it is the joint's is a choice: the seed's mean mixes a thin arm with
+of the sensor's range. What of the depths around it is the joint's is a choice: the thesis's mean mixes a thin arm with
 the wall behind it.
 """
 
@@ -69,7 +69,7 @@ class Windows:
 
 
 def mean_depth(windows: Windows) -> Float64Array:
-    """(n,) metres: the mean of all (seed, section 3.2)."""
+    """(n,) metres: the mean of all (thesis, section 3.2)."""
     return windows.mean()
 
 
@@ -112,7 +112,7 @@ def patch_depth(depth: ArrayLike, pixel_xy: Sequence[float]) -> float:
     Returns:
         Metres; NaN when no value is left.
 
-    Source: seed, section 3.2.
+    Source: thesis, section 3.2.
     """
     return float(mean_depth(windows_around(np.asarray(depth), np.asarray([pixel_xy], dtype=np.float64)))[0])
 
@@ -128,7 +128,7 @@ def lift(windows: Windows, keypoints: Float64Array, camera: Camera, lifting: Lif
     Returns:
         (n, 3) world frame, metres; NaN for keypoints that can't be located.
 
-    Source: seed, section 3.2.
+    Source: thesis, section 3.2.
     """
     return back_project(keypoints, LIFTINGS[lifting](windows), camera)
 

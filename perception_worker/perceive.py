@@ -33,7 +33,22 @@ class _Placed(NamedTuple):
 
 
 class Perceiver:
-    """Estimates one person's pose and how sure it is; may be called by several threads at once."""
+    """Estimates one person's pose and how sure it is; may be called by several threads at once.
+
+    >>> import numpy as np
+    >>> from perception_worker.worker import open_perceiver
+    >>> from protocol.camera import Camera, CameraPose, Intrinsics
+    >>> from protocol.config import PerceptionConfig, settled
+    >>> from protocol.frame import Frame
+    >>> from protocol.pose_estimate import FilterState
+    >>> perceiver = open_perceiver(settled(PerceptionConfig(), "vantage"))
+    >>> lens = Intrinsics.from_horizontal_fov(640, 480, 70.0)
+    >>> camera = Camera(CameraPose(position=(3.0, 0.0, 1.5), target=(0.0, 0.0, 1.0)), lens)
+    >>> rgb, depth = np.zeros((480, 640, 3), np.uint8), np.full((480, 640), 3.0, np.float32)
+    >>> estimate = perceiver.perceive(Frame(rgb=rgb, depth=depth, camera=camera), FilterState.initial())
+    >>> estimate.points.shape, float(estimate.quality.max())  # a black picture shows no person
+    ((18, 3), 0.0)
+    """
 
     def __init__(
         self,

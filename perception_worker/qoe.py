@@ -1,7 +1,7 @@
-"""Quality of Estimation: how far each joint's position can be trusted, in [0, 1] (seed, section 3.3).
+"""Quality of Estimation: how far each joint's position can be trusted, in [0, 1] (thesis, section 3.3).
 
 Three signs are averaged: how much of its heatmap stands around the joint (mass), how high its peak is (height), and
-whether its place in space fits a human body (distance). What the seed leaves open is decided in docs/qoe.md.
+whether its place in space fits a human body (distance). What the thesis leaves open is decided in docs/qoe.md.
 """
 
 import math
@@ -17,7 +17,7 @@ from protocol.errors import InvalidInput
 from protocol.skeleton import JOINT_COUNT, Joint
 
 TOLERANCE = 1.5
-"""T of the seed, metres: a distance is plausible up to here, and not at all from 1.25 T on."""
+"""T of the thesis, metres: a distance is plausible up to here, and not at all from 1.25 T on."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ UPPER_BODY_CHAIN = (
     Bone((Joint.LEFT_SHOULDER, Joint.LEFT_ELBOW), 0.25, 0.60),
     Bone((Joint.LEFT_ELBOW, Joint.LEFT_WRIST), 0.25, 0.60),
 )
-"""From the right wrist to the left one (seed, section 3.3.2)."""
+"""From the right wrist to the left one (thesis, section 3.3.2)."""
 
 _STARTS, _ENDS = np.array([bone.ends for bone in UPPER_BODY_CHAIN]).T
 _SHORTEST = np.array([bone.shortest for bone in UPPER_BODY_CHAIN])
@@ -75,7 +75,7 @@ def quality_of_estimation(
     Raises:
         InvalidInput: a heatmap has a value that is not finite, or a cell is outside.
 
-    Source: seed, section 3.3.3.
+    Source: thesis, section 3.3.3.
     """
     masked = _masked(heatmaps[:JOINT_COUNT])
     detected = np.flatnonzero((cells >= 0).all(axis=1))
@@ -103,7 +103,7 @@ def heatmap_cell(pixel_xy: Sequence[float], image_size: Sequence[int], map_size:
     Raises:
         InvalidInput: the pixel is not finite.
 
-    Source: seed, section 3.3.1.
+    Source: thesis, section 3.3.1.
     """
     x, y = (float(value) for value in pixel_xy)
     if not (math.isfinite(x) and math.isfinite(y)):
@@ -153,7 +153,7 @@ def mass_quality(heatmap: ArrayLike, cell: Sequence[int]) -> float:
     Raises:
         InvalidInput: the heatmap is none, has a value that is not finite, or the cell is outside.
 
-    Source: seed, section 3.3.1.
+    Source: thesis, section 3.3.1.
     """
     masked, at = _masked(np.asarray(heatmap)[None]), np.asarray([cell], dtype=np.int64)
     _require_inside(at, masked.shape[1:])
@@ -170,7 +170,7 @@ def height_quality(heatmap: ArrayLike, cell: Sequence[int]) -> float:
     Raises:
         InvalidInput: as `mass_quality`.
 
-    Source: seed, section 3.3.1.
+    Source: thesis, section 3.3.1.
     """
     masked, at = _masked(np.asarray(heatmap)[None]), np.asarray([cell], dtype=np.int64)
     _require_inside(at, masked.shape[1:])
@@ -186,7 +186,7 @@ def distance_quality(points: ArrayLike) -> Float64Array:
     Returns:
         (18,) in [0, 1]; 0 for joints that are not located.
 
-    Source: seed, section 3.3.2.
+    Source: thesis, section 3.3.2.
     """
     positions = np.asarray(points, dtype=np.float64)
     if positions.shape != (JOINT_COUNT, 3):
@@ -198,7 +198,7 @@ def distance_quality(points: ArrayLike) -> Float64Array:
 
 
 def _masked(heatmaps: AnyArray) -> Float64Array:
-    """M of the seed for (n, rows, columns): a heatmap where it reaches its own mean and 0, and 0 elsewhere."""
+    """M of the thesis for (n, rows, columns): a heatmap where it reaches its own mean and 0, and 0 elsewhere."""
     if heatmaps.ndim != 3 or heatmaps.size == 0:
         raise InvalidInput(f"heatmaps have rows and columns, not the shape {heatmaps.shape[1:]}")
     values = heatmaps.astype(np.float64)
@@ -235,7 +235,7 @@ def _shares(
     stands = masked > 0.0
     stacked = np.zeros((count, rows + 1, columns), dtype=bool)
     stacked[:, :rows] = stands
-    # 8-connected, as the seed's OpenCV call was; 4-connected splits diagonal peaks and lowers the mass.
+    # 8-connected, as the thesis's OpenCV call was; 4-connected splits diagonal peaks and lowers the mass.
     found, labelled = cv2.connectedComponents(stacked.view(np.uint8).reshape(-1, columns), connectivity=8)
     labels = np.asarray(labelled, dtype=np.int32).reshape(stacked.shape)
     places = np.flatnonzero(stacked)
@@ -261,7 +261,7 @@ def _without_others(
 
 
 def _implausibility(distance: Float64Array) -> Float64Array:
-    """w_T of the seed: 0 up to T, 1 from 1.25 T, straight between."""
+    """w_T of the thesis: 0 up to T, 1 from 1.25 T, straight between."""
     return np.minimum(np.maximum(4.0 / TOLERANCE * (distance - TOLERANCE), 0.0), 1.0)
 
 

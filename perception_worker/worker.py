@@ -32,7 +32,7 @@ from protocol.named_files import with_absolute_paths
 from protocol.pose_estimate import FilterState, PoseEstimate
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import add_security_options, security_of
-from protocol.server.worker_registration import ADVERTISE_HELP, WorkerRegistration, registration_of
+from protocol.server.registration_settings import ADVERTISE_HELP, RegistrationSettings, registration_of
 from protocol.system import logs
 from protocol.system.exit_code import ExitCode, logged_exit_code_of
 from protocol.telemetry.endpoint import Endpoint, add_http_options, endpoint_of
@@ -103,7 +103,7 @@ def run(
     *,
     bind: str,
     render: Sequence[str],
-    membership: WorkerRegistration | None = None,
+    registration: RegistrationSettings | None = None,
     failpoint: Failpoint = no_failpoint,
     security: Security = LOCAL_ONLY,
     http: Endpoint | None = None,
@@ -142,7 +142,7 @@ def run(
             capabilities=capabilities,
             concurrency=perception.prefetch,
             timeouts=timeouts,
-            membership=membership and membership._replace(follows={Role.RENDER: renderers}),
+            registration=registration and registration._replace(follows={Role.RENDER: renderers}),
             failpoint=failpoint,
             security=security,
             observer=observer,
@@ -234,7 +234,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _config(chosen),
             bind=chosen.bind,
             render=chosen.render,
-            membership=registration_of(chosen),
+            registration=registration_of(chosen),
             failpoint=failpoint_of(os.environ),
             security=security_of(chosen, os.environ),
             http=endpoint_of(chosen, os.environ),

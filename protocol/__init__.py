@@ -1,4 +1,4 @@
-"""The language that all of Vantage's processes speak: messages, the types in them, and how they travel."""
+"""What all processes of Vantage share: messages and their types, clients and servers, configuration and errors."""
 
 from protocol.client.client import Client
 from protocol.client.dispatcher import Statistics

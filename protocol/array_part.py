@@ -1,6 +1,6 @@
-"""An array as a part of a message: its description in the body, its elements in a raw frame.
+"""An array in a message: its description in the body, its elements in a part of their own.
 
-Elements are little-endian and in C order. A received array is a read-only view of the frame that it came in.
+Elements are little-endian and in C order. A received array is a read-only view of its part.
 """
 
 import math
@@ -28,13 +28,13 @@ ELEMENT_TYPES: dict[str, np.dtype[Any]] = {
     "float32": np.dtype("<f4"),
     "float64": np.dtype("<f8"),
 }
-"""All that may travel: nothing that holds a pointer, a string or a structure."""
+"""The element types that can be sent: none with pointers, strings or structures."""
 
 _NAMES = {dtype: name for name, dtype in ELEMENT_TYPES.items()}
 
 
 class ArrayDescription(Struct, frozen=True):
-    """What a body says of an array: `index` counts the message's array parts from 0."""
+    """The description of an array in a body; `index` counts the message's array parts from 0."""
 
     dtype: str
     shape: Annotated[tuple[Size, ...], Meta(max_length=8)]
@@ -42,12 +42,12 @@ class ArrayDescription(Struct, frozen=True):
 
 
 def array_part(array: AnyArray) -> tuple[str, Part]:
-    """The name of an array's element type and its elements, copied only where they lie in another order.
+    """The name of an array's element type, and its elements, which are copied only if they are in another order.
 
     Raises:
-        InvalidInput: arrays of this element type don't travel.
+        InvalidInput: arrays of this element type can't be sent.
     """
-    # NumPy puts a type's name together each time it is asked.
+    # NumPy builds the name of a type at each access, which takes time.
     name = _NAMES.get(array.dtype) or array.dtype.name
     if name not in ELEMENT_TYPES:
         raise InvalidInput(f"an array of {name} can't be sent; one of {', '.join(ELEMENT_TYPES)} can")

@@ -1,8 +1,8 @@
-"""The array types that messages carry, and the checks on their shapes and elements.
+"""The array types of messages, and the checks on their shapes and elements.
 
-An array's element type stands in its annotation, and the codec holds senders to it. So do its shape and the bounds of
-its elements, as `Elements`; every struct that carries arrays is held to them when it is made or received
-(`protocol.message.Value`). A shape that depends on another field is the struct's own to check.
+A field's annotation has the element type, which the codec checks, and as `Elements` the shape and the elements' bounds,
+which are checked whenever a struct is made or received (`protocol.message.Value`). A struct itself checks a shape that
+depends on another field.
 """
 
 import sys
@@ -24,7 +24,7 @@ GREATEST = sys.float_info.max
 
 
 class WrongArray(ValueError):
-    """An array is not as described, or has another shape than its field: a mistake of whoever wrote the message.
+    """An array does not match its description or its field's shape: a mistake of the sender.
 
     msgspec turns it into a validation error with the field's path, which the codec reports as `MalformedMessage`.
     """
@@ -35,9 +35,9 @@ class Elements(NamedTuple):
 
     Attributes:
         shape: None stands for any size.
-        lowest, highest: bounds of all elements, themselves allowed; unless told, any finite number.
-        or_nan: whether NaN may stand where nothing is known.
-        or_anything: whether all numbers are allowed, infinities as well: a sensor's readings.
+        lowest, highest: inclusive bounds of all elements; by default any finite number.
+        or_nan: whether NaN is allowed, for unknown values.
+        or_anything: whether all numbers are allowed, also infinities: a sensor's readings.
     """
 
     shape: Shape
@@ -57,11 +57,11 @@ def require_shape(name: str, array: AnyArray, shape: Shape) -> None:
 
 
 def require_elements(struct: object) -> None:
-    """Hold a struct's arrays to the `Elements` that its fields are annotated with.
+    """Check a struct's arrays against the `Elements` in its annotations.
 
     Raises:
-        WrongArray: one has another shape.
-        ValueError: an element is out of bounds; the message names field and element.
+        WrongArray: an array has another shape.
+        ValueError: an element is out of bounds; the message names the field and the element.
     """
     for name, elements in elements_of(type(struct)):
         array = getattr(struct, name)
@@ -82,7 +82,7 @@ def elements_of(kind: type) -> tuple[tuple[str, Elements], ...]:
 
 
 def _annotated(annotation: Any) -> Iterator[Elements]:
-    """Those of a field, or of what else it may be than None."""
+    """The `Elements` in a field's annotation, also in an optional one."""
     if get_origin(annotation) is Annotated:
         yield from (one for one in annotation.__metadata__ if isinstance(one, Elements))
     else:
@@ -94,7 +94,7 @@ def _annotated(annotation: Any) -> Iterator[Elements]:
 def _are_within(array: NDArray[Any], elements: Elements) -> bool:
     if elements.or_anything or not array.size:
         return True
-    # fmin and fmax pass over NaN, minimum and maximum do not. Comparisons with it are false.
+    # fmin and fmax ignore NaN, minimum and maximum do not. Comparisons with NaN are false.
     if elements.or_nan:
         lowest, highest = float(np.fmin.reduce(array, axis=None)), float(np.fmax.reduce(array, axis=None))
         return not (lowest < elements.lowest or highest > elements.highest)

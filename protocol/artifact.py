@@ -1,7 +1,7 @@
 """Files that set-up makes once and every worker reads: baked bodies, background images, networks.
 
-They live in the user's cache (`VANTAGE_CACHE` moves it), appear whole or not at all, and are refused when damaged.
-Whatever else is to be whole or not there is put in place by the same functions: nothing else here renames files.
+They are kept in the user's cache (`VANTAGE_CACHE` moves it), are written atomically, and are refused when damaged.
+All other files that have to be written atomically use the same functions; no other code renames files.
 """
 
 import errno
@@ -19,14 +19,14 @@ import platformdirs
 from protocol.errors import ArtifactDamaged, ArtifactMissing, Unavailable
 
 BODIES_VERSION = 1
-"""Of the file that bodies are baked into; a new one has a new place."""
+"""The version of the file of baked bodies, which is part of its name."""
 
 
 def cache_directory() -> Path:
-    """Where artifacts are kept.
+    """The directory of artifacts.
 
     Raises:
-        Unavailable: the user has no home for a cache, and none was named.
+        Unavailable: the user has no home directory, and `VANTAGE_CACHE` is not set.
     """
     if moved := os.environ.get("VANTAGE_CACHE"):
         return Path(moved)
@@ -37,10 +37,10 @@ def cache_directory() -> Path:
 
 
 def require_place(path: Path) -> None:
-    """Try whether a file can be written at `path`, before anything is worked out for it; nothing is left behind.
+    """Check that a file can be written at `path`, before its content is computed; leaves no file behind.
 
     Raises:
-        OSError: it can't, for the reason that it says.
+        OSError: it can't be written.
     """
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
@@ -49,18 +49,18 @@ def require_place(path: Path) -> None:
         with tempfile.TemporaryFile(dir=nearest):
             pass
     except OSError as error:
-        # Of the file that was asked for, not of the one that was tried.
+        # With the name of the requested file in place of the temporary one's.
         raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def bodies_path() -> Path:
-    """Where the baked bodies are, unless a configuration names another place."""
+    """The default path of the file of baked bodies."""
     return cache_directory() / f"bodies-v{BODIES_VERSION}.npz"
 
 
 @contextmanager
 def whole_file(path: Path) -> Generator[Path]:
-    """Give a path beside `path` to write to, and put it in place only when all of it is on disk, its name as well."""
+    """Yield a path beside `path` to write to, and rename it to `path` once it is on disk; syncs the directory too."""
     path.parent.mkdir(parents=True, exist_ok=True)
     aside = path.with_name(f".{path.stem}.{uuid.uuid4().hex}{path.suffix}")
     try:
@@ -74,9 +74,10 @@ def whole_file(path: Path) -> Generator[Path]:
 
 @contextmanager
 def whole_directory(path: Path) -> Generator[Path]:
-    """Give a directory beside `path` to fill, and put it in place only when all that is in it is on disk.
+    """Yield a directory beside `path` to fill, and rename it to `path` once everything in it is on disk.
 
-    A directory that is not empty is never replaced; that is an OSError, and so is whatever else can't be done.
+    Raises:
+        OSError: `path` is a directory that is not empty, or the system refuses anything else.
     """
     aside = path.with_name(f".{path.name}.{uuid.uuid4().hex}")
     aside.mkdir()
@@ -90,18 +91,18 @@ def whole_directory(path: Path) -> Generator[Path]:
 
 
 def sync_file(path: Path) -> None:
-    """See to it that what was written to a file is on the disk."""
+    """Flush a file to the disk."""
     with path.open("rb") as written:
         os.fsync(written.fileno())
 
 
 def sync_directory(path: Path) -> None:
-    """See to it that the names in a directory are on the disk, as far as its file system can."""
+    """Flush the names in a directory to the disk, if its file system can."""
     descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
         os.fsync(descriptor)
     except OSError as error:
-        # Some network file systems sync files and refuse it of directories: their names are the server's to keep.
+        # Some network file systems sync files only; their servers keep the names.
         if error.errno not in (errno.EINVAL, errno.ENOTSUP):
             raise
     finally:
@@ -124,16 +125,19 @@ def sha256(path: Path) -> str:
 
 
 def checksum_if_there(path: Path) -> str | None:
-    """The file's checksum; None where there is no file."""
+    """The file's checksum; None if there is no file."""
     return sha256(path) if path.is_file() else None
 
 
 def require_artifact(path: Path, *, made_by: str, checksum: str | None = None) -> Path:
-    """Return `path` if it is there and, where a checksum is given, is what it should be.
+    """Return `path` if the file exists and has the checksum, where one is given.
+
+    Args:
+        made_by: the command that makes the file, for messages.
 
     Raises:
-        ArtifactMissing: it is not there; the message names the command `made_by` which it is made.
-        ArtifactDamaged: its checksum is another.
+        ArtifactMissing: the file does not exist.
+        ArtifactDamaged: it has another checksum.
     """
     if not path.is_file():
         raise ArtifactMissing(f"{path} is missing; make it with '{made_by}'")

@@ -61,7 +61,7 @@ class CameraPose(Struct, frozen=True):
 
 
 class Camera(Struct, frozen=True):
-    """All that a picture depends on beside the scene."""
+    """Everything that a picture depends on, apart from the scene."""
 
     pose: CameraPose
     intrinsics: Intrinsics
@@ -81,7 +81,7 @@ def world_to_camera(pose: CameraPose) -> Float64Array:
 
 
 def _cross(a: Float64Array, b: Float64Array) -> Float64Array:
-    """The cross product of two vectors (3,), to the bit what `np.cross` gives after all of its checks."""
+    """The cross product of two vectors (3,), bit for bit as `np.cross`, without its checks."""
     (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 

@@ -1,4 +1,4 @@
-"""Which number stands for which message, and which reply answers which request."""
+"""The message of each number, and the reply of each request."""
 
 from functools import cache
 from typing import Any, TypeAlias, get_args
@@ -17,10 +17,10 @@ def _types() -> dict[int, MessageType]:
 
 
 def message_type(number: int) -> MessageType:
-    """The message that a number stands for.
+    """The message with a number.
 
     Raises:
-        MalformedMessage: it stands for none that this version knows.
+        MalformedMessage: this version knows no message with this number.
     """
     kind = _types().get(number)
     if kind is None:
@@ -30,7 +30,7 @@ def message_type(number: int) -> MessageType:
 
 @cache
 def reply_type(request: type[Request[Any]]) -> type[Reply]:
-    """The message that answers a request: `Frame` for `Render`, which is a `Request[Frame]`."""
+    """The type of a request's reply: `Frame` for `Render`, which is a `Request[Frame]`."""
     for base in getattr(request, "__orig_bases__", ()):
         for argument in get_args(base):
             if isinstance(argument, type) and issubclass(argument, Reply):

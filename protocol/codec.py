@@ -1,8 +1,8 @@
-"""How a message becomes the parts of a multipart frame, and comes back.
+"""Encodes messages as multipart frames, and decodes them.
 
 `[version+type][header][body][array 0][array 1]…`: the first part is two little-endian 16-bit numbers, header and body
 are msgpack maps, and an array's elements are a part of their own that the body describes (`protocol.array_part`).
-`Hello`, `Welcome`, `Failure` and the headers look the same in every version, so that two that differ can say so.
+`Hello`, `Welcome`, `Failure` and the headers are the same in every version, so that both sides can report a mismatch.
 """
 
 import re
@@ -40,7 +40,7 @@ HeaderT = TypeVar("HeaderT", RequestHeader, RequestNumber, ReplyHeader)
 
 
 class Payload(Struct, frozen=True, eq=False):
-    """A message's own parts, which stay the same however often it is sent."""
+    """The parts of a message without its header, which are the same in each try."""
 
     number: int
     body: bytes
@@ -48,7 +48,7 @@ class Payload(Struct, frozen=True, eq=False):
 
 
 class Envelope(Struct, frozen=True, eq=False):
-    """A message that arrived, its sizes checked and its body unread."""
+    """A received message whose sizes are checked and whose body is not decoded yet."""
 
     version: int
     number: int
@@ -58,7 +58,7 @@ class Envelope(Struct, frozen=True, eq=False):
 
 
 def encode(message: Message, limits: Limits) -> Payload:
-    """Write a message down. Its arrays are not copied: leave them as they are until it is sent.
+    """Encode a message. Its arrays are not copied; do not change them until it is sent.
 
     Raises:
         InvalidInput: a value can't travel, such as an array of objects.
@@ -76,7 +76,7 @@ def encode(message: Message, limits: Limits) -> Payload:
 
     number = MESSAGE_NUMBERS.get(type(message))
     if number is None:
-        raise InvalidInput(f"a {type(message).__name__} is no message")
+        raise InvalidInput(f"a {type(message).__name__} is not a message")
     try:
         body = msgspec.msgpack.encode(message, enc_hook=describe)
     except (msgspec.MsgspecError, OverflowError, UnicodeEncodeError) as error:
@@ -86,16 +86,16 @@ def encode(message: Message, limits: Limits) -> Payload:
 
 
 def seal(payload: Payload, header: RequestHeader | ReplyHeader, version: int = PROTOCOL_VERSION) -> list[Part]:
-    """The parts to send: a payload behind its header."""
+    """The parts to send: prelude, header and payload."""
     prelude = _PRELUDE.pack(version, payload.number)
     return [prelude, msgspec.msgpack.encode(header), payload.body, *payload.arrays]
 
 
 def open_envelope(parts: Sequence[Part], limits: Limits) -> Envelope:
-    """Take a multipart frame apart, looking at sizes only.
+    """Take a multipart frame apart, and check its sizes only.
 
     Raises:
-        MalformedMessage: it has too few parts, or its first one is no prelude.
+        MalformedMessage: it has too few parts, or its first part is not a prelude.
         LimitExceeded: it has too many parts, or too large ones.
     """
     if len(parts) < 3:
@@ -111,10 +111,10 @@ def open_envelope(parts: Sequence[Part], limits: Limits) -> Envelope:
 
 
 def decode_header(header: Part, kind: type[HeaderT]) -> HeaderT:
-    """Read a header.
+    """Decode a header.
 
     Raises:
-        MalformedMessage: it is no header of that kind.
+        MalformedMessage: it is not a header of that kind.
     """
     try:
         return msgspec.msgpack.decode(header, type=kind)
@@ -123,12 +123,12 @@ def decode_header(header: Part, kind: type[HeaderT]) -> HeaderT:
 
 
 def decode(envelope: Envelope, limits: Limits) -> Message:
-    """Read the message in an envelope; its arrays are read-only views of the parts that arrived.
+    """Decode the message in an envelope; its arrays are read-only views of the received parts.
 
     Raises:
-        VersionMismatch: it is written in a version that this side does not speak.
-        ImpossibleValue: a value in it is out of its field's bounds; the message names the field.
-        MalformedMessage: it is no message otherwise.
+        VersionMismatch: it has a version that this side does not speak.
+        ImpossibleValue: a value in it is out of its field's bounds; the error names the field.
+        MalformedMessage: it can't be decoded for any other reason.
     """
     kind = message_type(envelope.number)
     _require_version(envelope.version, kind)
@@ -143,7 +143,7 @@ def decode(envelope: Envelope, limits: Limits) -> Message:
 
 
 def _is_out_of_bounds(error: Exception) -> bool:
-    """Whether the message could be read, and breaks a bound of a type or a rule of a struct."""
+    """Whether the message could be decoded, and breaks a bound of a type or a rule of a struct."""
     if not isinstance(error, msgspec.ValidationError):
         return False
     if isinstance(error.__cause__, ValueError):

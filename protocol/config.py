@@ -1,6 +1,6 @@
-"""What a run is told to do: one TOML file, a typed section for each room.
+"""The configuration of a run: one TOML file, with a typed section for each room.
 
-The orchestrator reads it once, writes it resolved into the run directory, and starts every process on that copy
+The orchestrator reads it once, writes it resolved into the run directory, and starts every process with that copy
 (`protocol.config_file`).
 """
 
@@ -46,29 +46,29 @@ Pixels: TypeAlias = Literal["bgr", "bgr_centred", "rgb_unit", "rgb_signed", "rgb
 Checksum: TypeAlias = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
 
 MAX_SPEED = 1.0
-"""Metres a second along each axis, at which a drone flies at most."""
+"""The largest speed of a drone along each axis, in m/s."""
 
 BYTES_OF_TRANSITION = 800
-"""Memory that SAC keeps a transition in: the features before and after it, its action and its reward."""
+"""Memory of one transition in SAC's replay buffer: the features before and after it, its action and its reward."""
 
 NETWORK_FILE = NamedFile("the network", words=r"\w+")
-"""A word is the name of a network; a path has an ending or a folder."""
+"""A single word is the name of a network; a path has an extension or a folder."""
 
 
 class _Section(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Root of every section: a field that nobody knows is an error, not a surprise."""
+    """Root of every section: an unknown field is an error."""
 
 
 class TimeoutsConfig(_Section, frozen=True):
-    """Seconds; none of them changes what a training comes to.
+    """Seconds; none of them changes the result of a training.
 
     Attributes:
         call: bounds one request from send to reply, retries included.
-        startup: a worker's imports, shaders, models, once.
-        heartbeat: between two pings.
-        liveness: a worker that answered no ping for this long hangs.
-        progress: one that answers pings, has work in hand and answered none of it for this long hangs as well.
-        grace: how long workers and agent go on without their orchestrator before they end by themselves.
+        startup: from the first try to reach a worker until it is ready (imports, shaders, models).
+        heartbeat: between two pings to a worker that holds requests.
+        liveness: a worker that answers no ping for this long hangs.
+        progress: a worker that answers pings but none of its requests for this long hangs as well.
+        grace: how long workers and agent continue without their orchestrator before they end by themselves.
     """
 
     call: Duration = 30.0
@@ -80,14 +80,15 @@ class TimeoutsConfig(_Section, frozen=True):
 
 
 class SupervisionConfig(_Section, frozen=True):
-    """When local processes are started again.
+    """When the supervisor restarts local processes.
 
     Attributes:
-        max_restarts: of one process within `window` seconds; one more and the run stops with the reason.
-        initial_backoff: seconds before the second restart in a row (the first is at once); it doubles up to
-            `max_backoff`.
-        recycle_bytes: resident memory past which a worker is replaced, between requests; 0 for never.
-        recycle_requests: answered requests after which it is; 0 for never.
+        max_restarts: of one process within `window` seconds; after one more failure the run stops.
+        window: seconds.
+        initial_backoff: seconds before the second restart in a row (the first is at once); it doubles with each
+            further one, up to `max_backoff` seconds.
+        recycle_bytes: resident memory above which a worker is replaced, between requests; 0 for never.
+        recycle_requests: number of answered requests after which a worker is replaced; 0 for never.
     """
 
     max_restarts: Count = 5
@@ -102,9 +103,10 @@ class RenderConfig(_Section, frozen=True):
     """Render workers.
 
     Attributes:
-        threads: the rasteriser's (llvmpipe), 0 for the calling thread alone.
-        prefetch: requests in hand at once, so that a new scene is prepared while another is drawn.
-        bodies: a file of baked bodies, or none for the one in the user's cache.
+        workers: number of processes.
+        threads: of the software rasteriser (llvmpipe); 0 for the calling thread only.
+        prefetch: number of requests in hand at once, so that one scene is prepared while another is drawn.
+        bodies: the file of baked bodies; left out, the one in the user's cache.
     """
 
     workers: Processes = 1
@@ -117,35 +119,36 @@ class PerceptionConfig(_Section, frozen=True):
     """Perception workers. Paths are relative to the configuration's own file.
 
     Attributes:
-        network: the name that one is known by (`orchestrator models list`); an ONNX file of heatmaps and part-affinity
-            fields, whose path has a folder or an ending, since all else is a name; or none for the look's own:
-            `openpose_mobilenet_thin`, with `track` five of its six stages.
-        layout: a file's order of joints and fields; `auto` tells it by the number of channels.
-        pixels: what a file takes: 0 to 255 (`bgr`), less 128 and divided by 256 (`bgr_centred`), 0 to 1 (`rgb_unit`),
-            -1 to 1 (`rgb_signed`), or by ImageNet's means and deviations; `auto` is `bgr` in OpenPose's layout, and
-            ImageNet's in trt_pose's.
-        backend: what runs it; `auto` is OpenVINO where there is no GPU, ONNX Runtime elsewhere.
-        precision: OpenVINO's; left to itself it would pick by the CPU, and the heatmaps would change.
-        threads: of one inference; with OpenVINO as many run at once as there are cores for, `prefetch` at most.
-        input_height, input_width: the network's input size for whole frames, multiples of 8; left out, a file's or a
-            network's own, and where it has none 240×320; with `track`, then 320×424 as well, for who was not found at
-            the former. A network of one size takes no other.
-        look: what of a frame the network is shown: all of it (`whole`), or the part where the request's filter expects
-            the person (`track`); `auto` is the profile's.
-        region_height, region_width: the network's input size for that part; left out, a file's or a network's own, and
-            176×120 where it has none.
-        lifting: what of the depths around a keypoint is the joint's, or `learned`: a lifter that was fitted on people
-            whose truth is known places all joints; `auto` is the profile's.
-        lifter: which one does: a file, or with `auto` the one that ships for this network. Where there is none, the
-            surface in front of a keypoint is taken (`nearest`). Another way of lifting has no use for a file.
-        calibration: what tells expected errors and radii: a file, `none`, or with `auto` the one that ships for
-            this network and way of lifting, if there is one. A learned lifter tells its own.
-        peak_threshold: height that a peak in a heatmap must exceed; left out, it is the network's own.
-        mask: whether other people's peaks count against the mass of a joint's own: yes (`none`), or not where they
-            stand apart from it (`skeleton`); `auto` is the profile's.
-        prefetch: requests in hand at once, so that one is rendered while another is inferred.
-        frames: how frames come from render workers: as they are (`none`), packed without loss, or as a JPEG, which
-            changes what is seen a little; `auto` is `lossless` from other machines and `none` within this one.
+        workers: number of processes.
+        network: a network's name (`orchestrator models list`), or an ONNX file of heatmaps and part-affinity fields,
+            whose path must have a folder or an extension; left out, `openpose_mobilenet_thin`, and with `track` five
+            of its six stages.
+        layout: the order of joints and fields in a file; `auto` detects it by the number of channels.
+        pixels: the input values of a file: 0 to 255 (`bgr`), less 128 and divided by 256 (`bgr_centred`), 0 to 1
+            (`rgb_unit`), -1 to 1 (`rgb_signed`), or standardised by ImageNet's means and deviations
+            (`rgb_imagenet`); `auto` is `bgr` for OpenPose's layout, and `rgb_imagenet` for trt_pose's.
+        backend: the inference engine; `auto` is OpenVINO without a GPU, ONNX Runtime with one.
+        precision: of OpenVINO, which would otherwise choose it by the CPU, so that heatmaps would differ.
+        threads: of one inference; OpenVINO runs as many inferences at once as the cores allow, at most `prefetch`.
+        input_height, input_width: the network's input size for whole frames, multiples of 8. Left out, it is that of
+            the file or network, or 240×320 if that has none; with `track`, frames in which no person was found are
+            then tried at 320×424 as well. A network of a fixed size takes no other.
+        look: the part of a frame that the network gets: all of it (`whole`), or the part where the request's filter
+            expects the person (`track`); `auto` is the profile's choice.
+        region_height, region_width: the network's input size for that part. Left out, it is that of the file or
+            network, or 176×120 if that has none.
+        lifting: how a keypoint's depth is taken from the depths around it; or `learned`: a lifter that was fitted to
+            people with known joints places all joints. `auto` is the profile's choice.
+        lifter: the learned lifter's file; `auto` is the one that ships for this network, and without one, lifting is
+            `nearest`. A file is allowed with `learned` only.
+        calibration: the file that predicts expected errors and radii, or `none`; `auto` is the one that ships for this
+            network and way of lifting, if there is one. A learned lifter predicts its own.
+        peak_threshold: the height that a peak in a heatmap must exceed; left out, it is the network's own.
+        mask: whether other people's peaks lower the mass of a joint's peak: always (`none`), or not if they stand
+            apart from it (`skeleton`); `auto` is the profile's choice.
+        prefetch: number of requests in hand at once, so that one is rendered while another is inferred.
+        frames: how render workers send frames: not packed (`none`), packed without loss, or as JPEG, which changes
+            what the network sees a little; `auto` is `lossless` from other machines and `none` within this one.
     """
 
     workers: Processes = 1
@@ -189,16 +192,21 @@ class CameraConfig(_Section, frozen=True):
 
 
 class EnvironmentConfig(_Section, frozen=True):
-    """`vantage/Hover-v0` (seed, section 4.3.1). Lengths in metres, times in seconds.
+    """`vantage/Hover-v0` (thesis, section 4.3.1). Lengths in metres, times in seconds.
 
     Attributes:
         beta: weight of uncertainty against distance in the reward grows from 1 - 1/beta to 1 over an episode.
-        front_distance, front_height: where the point is that early rewards draw the robot to: in front, above ground.
-        target_height: what the camera is turned to, above the ground where the person stands.
+        num_envs: number of drones, each with its own episodes.
+        episode_steps: length of an episode.
+        step_duration: for which one action is flown.
+        front_distance, front_height: of the point in front of the person, above the ground, that early rewards favour.
+        target_height: of the point that the camera looks at, above the ground where the person stands.
         uncertainty_scale: factor on the trace of the filter's posterior covariance, R1 of the reward.
         distance_scale: factor on the distance to the point in front, R2 of the reward.
-        penalty: reward of the step that crashes or leaves the workspace, added to the usual one.
-        success_threshold: weighted uncertainty (0 to 10) below which an episode's end counts as a success.
+        penalty: added to the reward of a step that comes too close or leaves the workspace.
+        keep_out_radius: distance from the person below which an episode ends.
+        half_width, min_altitude, max_altitude: of the workspace.
+        success_threshold: weighted uncertainty (0 to 10) below which the end of an episode counts as a success.
     """
 
     num_envs: Drones = 4
@@ -220,7 +228,7 @@ class EnvironmentConfig(_Section, frozen=True):
 
     @property
     def start_clearance(self) -> float:
-        """Metres from a person at which no first step ends a flight."""
+        """Metres from the person at which no first step can end an episode."""
         return self.keep_out_radius + math.sqrt(2) * MAX_SPEED * self.step_duration
 
     def __post_init__(self) -> None:
@@ -238,14 +246,18 @@ class EnvironmentConfig(_Section, frozen=True):
 
 
 class SacConfig(_Section, frozen=True):
-    """Soft actor-critic (seed, section 4.3.2).
+    """Soft actor-critic (thesis, section 4.3.2).
 
     Attributes:
-        buffer_size: transitions kept; `batch_size`: drawn from them for an update.
-        updates_per_step: gradient updates for each transition.
-        reward_floor: rewards below are learned as this, so that a crash does not drown what tells good views apart.
-        reward_scale: on rewards as the critics see them, against the entropy that the policy is paid for.
+        hidden_sizes: of the hidden layers.
+        buffer_size: number of transitions in the replay buffer.
+        batch_size: number of transitions in an update.
+        updates_per_step: number of gradient updates for each transition.
+        gamma: discount factor.
+        tau: share of the new weights in each update of the target networks.
         initial_ent_coef: the entropy coefficient's first value; it is learned.
+        reward_floor: lower rewards are learned as this, so that crashes do not hide the differences between views.
+        reward_scale: factor on the rewards that the critics learn, relative to the entropy bonus.
     """
 
     hidden_sizes: tuple[Units, ...] = (128, 128)
@@ -260,7 +272,7 @@ class SacConfig(_Section, frozen=True):
     reward_scale: Positive = 10.0
 
     def require_batch(self, num_envs: int) -> None:
-        """Raise `InvalidConfig` unless its memory holds a batch, and a step of every drone."""
+        """Raise `InvalidConfig` unless the replay buffer holds a batch, and a step of every drone."""
         if self.buffer_size < max(self.batch_size, num_envs):
             raise InvalidConfig(
                 f"learner.sac.buffer_size: {self.buffer_size} transitions hold no batch of {self.batch_size} "
@@ -268,7 +280,7 @@ class SacConfig(_Section, frozen=True):
             )
 
     def require_memory(self, machine_bytes: int) -> None:
-        """Raise `InvalidConfig` unless a machine of so many bytes can hold its memory."""
+        """Raise `InvalidConfig` unless the replay buffer fits into a machine's memory."""
         needed = self.buffer_size * BYTES_OF_TRANSITION
         if needed > machine_bytes:
             raise InvalidConfig(
@@ -281,8 +293,10 @@ class PpoConfig(_Section, frozen=True):
     """Proximal policy optimisation on the same environment.
 
     Attributes:
-        n_steps: steps of every drone between two updates; `n_epochs` over them in `minibatches` each.
-        reward_floor, reward_scale: as for SAC.
+        n_steps: number of steps of every drone between two updates.
+        n_epochs: number of passes over these steps, each in `minibatches`.
+        clip_range, ent_coef, gae_lambda: as in the algorithm's paper.
+        hidden_sizes, gamma, reward_floor, reward_scale: as for SAC.
     """
 
     hidden_sizes: tuple[Units, ...] = (256, 256)
@@ -306,7 +320,7 @@ class PpoConfig(_Section, frozen=True):
 
 
 class LearnerConfig(_Section, frozen=True):
-    """Which learner, and the settings of each: changing `algorithm` alone changes the learner."""
+    """The learner, and the settings of each; to change `algorithm` is enough to change the learner."""
 
     algorithm: Literal["sac", "ppo"] = "sac"
     sac: SacConfig = SacConfig()
@@ -318,11 +332,11 @@ class TrainingConfig(_Section, frozen=True):
 
     Attributes:
         steps: flown by the learner.
-        prefill: of scripted flights before that, to fill the replay memory; none where the learner has no use for them.
-        prefill_noise: of scripted velocities, m/s; each flight has a standard deviation of its own, up to this.
-        log_every: between two points of the curves.
-        checkpoint_every: between two checkpoints; a crash costs the steps since the last one, flown again.
-        keep_checkpoints: how many of the last ones stay, besides the best.
+        prefill: steps of scripted flights before that, to fill the replay buffer; a learner without one flies none.
+        prefill_noise: the largest standard deviation of scripted velocities, m/s; each flight draws its own.
+        log_every: steps between two points of the curves.
+        checkpoint_every: steps between two checkpoints; after a crash, the steps since the last one are flown again.
+        keep_checkpoints: number of the latest checkpoints to keep, besides the best.
     """
 
     steps: Count = 10_000
@@ -342,12 +356,12 @@ class EvaluationConfig(_Section, frozen=True):
 
 
 class RunConfig(_Section, frozen=True):
-    """All that a run depends on, but the machines it runs on.
+    """Everything that a run depends on, except the machines that it runs on.
 
     Attributes:
-        profile: whose choices count where a field is left at `auto`: the seed's, or ours where they measured better.
-        artifacts: sha256 of files, each by the name of the setting that takes its path. A run's own copy has that of
-            every file, and with another one the run is not gone on with.
+        profile: whose choices count where a field is left at `auto`: the thesis's, or ours where they measured better.
+        artifacts: the sha256 of files, by the name of the setting that takes the path. A run's own copy has those of
+            all its files, and a run does not resume with another file.
     """
 
     seed: Annotated[int, Meta(ge=0, lt=2**31)] = 0
@@ -369,7 +383,7 @@ class RunConfig(_Section, frozen=True):
             self.learner.ppo.require_minibatches(self.environment.num_envs)
 
     def require_memory(self, machine_bytes: int) -> None:
-        """Raise `InvalidConfig` unless a machine of so many bytes can hold what the learner keeps."""
+        """Raise `InvalidConfig` unless the learner's replay buffer fits into a machine's memory."""
         if self.learner.algorithm == "sac":
             self.learner.sac.require_memory(machine_bytes)
 
@@ -381,7 +395,7 @@ _PERCEPTION: dict[Profile, dict[str, str]] = {
 
 
 def settled(config: PerceptionConfig, profile: Profile) -> PerceptionConfig:
-    """Perception with the profile's choices where they are left to it."""
+    """The section with the profile's choices in place of `auto`."""
     return replace(
         config, **{name: own for name, own in _PERCEPTION[profile].items() if getattr(config, name) == "auto"}
     )

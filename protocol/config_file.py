@@ -1,7 +1,7 @@
-"""A configuration's file, as somebody wrote it, or resolved, as the orchestrator writes it down for all of a run.
+"""A configuration's file: one that a user wrote, or a resolved one that the orchestrator wrote for a run.
 
-In a resolved one every setting is there, every path is absolute, and the checksums of the files are recorded: what is
-missing was lost, and what is another one now is not gone on with.
+A resolved configuration has every setting, absolute paths, and the checksums of its files. A setting that it lacks was
+lost, and a run does not resume with a file that has changed.
 """
 
 import tomllib
@@ -26,18 +26,18 @@ from protocol.text import UNDECODABLE, NotUtf8, utf8_text
 from protocol.whole_record import lacking
 
 _RESOLVED = "resolved"
-"""The table that marks a configuration as resolved."""
+"""The table in a configuration that marks it as resolved."""
 
 _FORMAT = 1
 
 _CAME_AFTER: dict[int, frozenset[str]] = {0: frozenset({"render.prefetch", "artifacts"})}
-"""Settings that came after a format, and change nothing of what came out of configurations without them.
+"""Settings that are newer than a format, and whose defaults change no result of a configuration without them.
 
-Others that came later are never guessed. Before the first format, resolved configurations had no mark.
+Other newer settings are never guessed. Before the first format, resolved configurations had no mark.
 """
 
 _MOST_NAMED = 5
-"""Settings that a message names."""
+"""Number of settings that a message names."""
 
 
 class _Resolved(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -45,7 +45,7 @@ class _Resolved(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
     Attributes:
         format: of the resolved configuration.
-        left_out: the settings that are none, since TOML has no word for it; all others are written down.
+        left_out: the settings that are None, which TOML can't express; all others are written.
     """
 
     format: Annotated[int, Meta(ge=1)]
@@ -53,11 +53,19 @@ class _Resolved(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 def load_config(path: Path) -> RunConfig:
-    """Read a configuration, whoever wrote it; its relative paths are relative to its own directory.
+    """Read a configuration, resolved or not; relative paths in it are relative to its own directory.
+
+    >>> from pathlib import Path
+    >>> from protocol.config_file import load_config
+    >>> path = Path("short.toml")
+    >>> _ = path.write_text("[learner.sac]\\nbatch_size = 64")
+    >>> config = load_config(path)
+    >>> config.learner.sac.batch_size, config.learner.sac.gamma
+    (64, 0.98)
 
     Raises:
-        InvalidConfig: the file is missing, is not UTF-8, is no TOML, names an unknown field or has a value out of
-            range; or it was resolved once, and lacks a setting now.
+        InvalidConfig: the file is missing, is not UTF-8 or not TOML, names an unknown field or has a value out of
+            range; or it is a resolved configuration that lacks a setting.
     """
     table = _read_table(path)
     _require_present_names(table, path)
@@ -68,12 +76,12 @@ def load_config(path: Path) -> RunConfig:
 
 
 def load_resolved_config(path: Path) -> RunConfig:
-    """Read a configuration that was resolved, in which everything must be there.
+    """Read a resolved configuration, which must have every setting.
 
-    One of a version that did not mark them may lack settings that change no result; others are never guessed.
+    One of a version that wrote no mark may lack settings that change no result; others are never guessed.
 
     Raises:
-        InvalidConfig: as `load_config`; or it lacks a setting, or has a relative path and is of no known directory.
+        InvalidConfig: as in `load_config`; or it lacks a setting, or has a relative path and no mark.
     """
     table = _read_table(path)
     _require_present_names(table, path)
@@ -83,23 +91,31 @@ def load_resolved_config(path: Path) -> RunConfig:
     if mark is None and (relative := relative_paths(config)):
         names = ", ".join(f"{setting.name} = {str(setting.path)!r}" for setting in relative)
         raise InvalidConfig(
-            f"{path} says {names}, and an older version of Vantage took that from wherever it was called; "
-            "write the absolute path into it"
+            f"{path} says {names}, and an older version of Vantage took that as relative to its working "
+            "directory; write the absolute path into it"
         )
     return with_absolute_paths(config, path.parent)
 
 
 def load_run_config(run: Path) -> RunConfig:
-    """The configuration of a run directory: a resolved one where the orchestrator made it; errors as there."""
+    """Read the configuration of a run directory, which is resolved if the orchestrator made the directory.
+
+    Raises:
+        InvalidConfig: as in `load_resolved_config` or `load_config`.
+    """
     made_by_orchestrator = (run / "plan.json").exists()
     return (load_resolved_config if made_by_orchestrator else load_config)(run / "config.toml")
 
 
 def recorded_config(text: bytes, path: Path) -> RunConfig:
-    """The configuration that a table of an experiment, the file at `path`, says that it was made with.
+    """The configuration that an experiment's table records.
+
+    Args:
+        text: the TOML in the table.
+        path: the table's file, for messages.
 
     Raises:
-        InvalidConfig: it says something else.
+        InvalidConfig: the text is not a configuration.
     """
     table = _parsed(text, path)
     _mark_of(table, path)
@@ -107,59 +123,59 @@ def recorded_config(text: bytes, path: Path) -> RunConfig:
 
 
 def with_checksums(config: RunConfig) -> RunConfig:
-    """A configuration that records which files it names.
+    """A configuration that records the checksums of its files.
 
     Raises:
-        InvalidConfig: a file that it names is not there.
-        OtherArtifact: it has a checksum already, which is another one.
+        InvalidConfig: a file that it names does not exist.
+        OtherArtifact: it already records another checksum of a file.
     """
     require_same_files(config, config.artifacts)
     return replace(config, artifacts=config.artifacts | checksums_of(config))
 
 
 def for_a_run(config: RunConfig, *, joined: bool = False) -> RunConfig:
-    """A configuration as a run is told it: with its files recorded, and with the profile's choices made.
+    """A configuration for a run: with its files' checksums, and with the profile's choices in place of `auto`.
 
-    A later version of Vantage may choose otherwise; that is no reason for a run to change. Errors as `with_checksums`.
+    So a run does not change if a later version of Vantage chooses otherwise. Errors as in `with_checksums`.
 
     Args:
-        joined: the workers are a host's and read files of their own, so that those that are here say nothing.
+        joined: whether the workers are a host's. They read files of their own, so files on this machine don't count.
     """
     known = config if joined else with_checksums(config)
     return replace(known, perception=settled(known.perception, known.profile))
 
 
 def require_recorded_files(config: RunConfig, section: str = "") -> None:
-    """Make sure that the files that a configuration names, or those of one of its sections, are those of its record.
+    """Make sure that the files of a configuration, or of one of its sections, have the checksums that it records.
 
     Raises:
-        OtherArtifact: one of them is another one, or is gone.
+        OtherArtifact: a file was changed or is missing.
     """
     require_same_files(config, config.artifacts, section)
 
 
 def with_content_alone(config: RunConfig) -> RunConfig:
-    """A configuration in which files count by what is in them, wherever they are."""
+    """A configuration with each recorded file's checksum in place of its path, so that its place does not count."""
     return replace(with_content(config, config.artifacts), artifacts={})
 
 
 def same_for(config: RunConfig) -> RunConfig:
-    """What two configurations have in common that say the same: the profile's choices, and files by their content."""
+    """A form that is equal for configurations of the same meaning: with the profile's choices, and files' checksums."""
     known = with_content_alone(config)
     return replace(known, perception=settled(known.perception, known.profile))
 
 
 def resolved(config: RunConfig) -> dict[str, Any]:
-    """A configuration as a table of plain values with every setting written out, and a mark that says so."""
+    """A configuration as a table of plain values with every setting and the mark of a resolved one."""
     table = msgspec.to_builtins(config)
     mark = _Resolved(format=_FORMAT, left_out=tuple(_none_in(table)))
     scalars = {name: value for name, value in table.items() if not isinstance(value, dict)}
-    # The mark stands before all other tables: what was cut off either has it still, or has next to nothing.
+    # The mark comes before all other tables, so that a truncated file still has it.
     return _without_none(scalars | {_RESOLVED: msgspec.to_builtins(mark)} | table)
 
 
 def plain(config: RunConfig) -> dict[str, Any]:
-    """A configuration as a table of plain values with every setting written out that is not none, and no mark."""
+    """A configuration as a table of plain values with every setting that is not None, without the mark."""
     return {name: value for name, value in _without_none(msgspec.to_builtins(config)).items() if value != {}}
 
 
@@ -177,7 +193,7 @@ def _parsed(text: bytes, path: Path) -> dict[str, Any]:
     except NotUtf8 as error:
         raise InvalidConfig(f"{path} {error}") from error
     except RecursionError as error:
-        raise InvalidConfig(f"{path} is no configuration: it nests its lists or tables too deeply") from error
+        raise InvalidConfig(f"{path} is not a configuration: it nests its lists or tables too deeply") from error
     except (ValueError, *UNDECODABLE) as error:
         raise InvalidConfig(f"{path}: {error}") from error
 
@@ -185,11 +201,11 @@ def _parsed(text: bytes, path: Path) -> dict[str, Any]:
 def _require_present_names(table: dict[str, Any], path: Path) -> None:
     renamed = [f"{old} is {new}" for old, new in renamed_in(table)]
     if renamed:
-        raise InvalidConfig(f"{path} has settings that are called otherwise now: {', '.join(renamed)}")
+        raise InvalidConfig(f"{path} has settings that were renamed: {', '.join(renamed)}")
 
 
 def _mark_of(table: dict[str, Any], path: Path) -> _Resolved | None:
-    """Take the mark out of a table; None where there is none."""
+    """Remove the mark from a table, and return it; None if there is none."""
     if _RESOLVED not in table:
         return None
     try:

@@ -1,6 +1,6 @@
-"""How long the request that a handler is answering may still take.
+"""How long the request that a handler answers may still take.
 
-A handler that calls another worker inherits its own caller's deadline, so nobody computes for someone who has given up.
+A handler's own calls inherit the deadline of its caller, so that no worker computes for a caller that has given up.
 """
 
 import time
@@ -13,7 +13,7 @@ _expiry: ContextVar[float] = ContextVar("expiry")
 
 @contextmanager
 def deadline(seconds: float) -> Generator[None]:
-    """Bound all calls made inside, in this thread."""
+    """Limit all calls made inside, in this thread, to so many seconds from now."""
     token = _expiry.set(time.monotonic() + remaining(seconds))
     try:
         yield
@@ -22,6 +22,6 @@ def deadline(seconds: float) -> Generator[None]:
 
 
 def remaining(otherwise: float) -> float:
-    """Seconds until the surrounding deadline, or `otherwise` if that is sooner or there is none."""
+    """Seconds until the surrounding deadline; `otherwise` if that is sooner, or without a deadline."""
     expiry = _expiry.get(None)
     return otherwise if expiry is None else min(otherwise, expiry - time.monotonic())

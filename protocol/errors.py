@@ -10,15 +10,15 @@ VantageError
 │   ├── VersionMismatch     no version that both sides speak
 │   ├── WrongRole           the worker at the address serves another role
 │   ├── MalformedMessage    it can't be decoded
-│   │   └── ImpossibleValue   it can, and a number in it is not finite or out of bounds; told as `invalid-input`
+│   │   └── ImpossibleValue   it can, and a number in it is not finite or out of bounds; its code is `invalid-input`
 │   └── LimitExceeded       it is larger than what this side takes
-├── AddressUnavailable    an address can't be bound or is no address
+├── AddressUnavailable    an address can't be bound or is malformed
 ├── NotPermitted          no key, or not the key for this role
 ├── InvalidConfig         a configuration names an unknown field or an impossible value
-├── InvalidInput          a value handed to us is out of range (a NaN action, an image of the wrong shape)
-│   ├── OtherArtifact       a file that something was made with is another one now, or gone
-│   └── DamagedRecord       what was written down to go on by lacks something, or can't be read
-├── InvalidOutput         a network gave what can't be (NaN, an empty map)
+├── InvalidInput          an argument is out of range (a NaN action, an image of the wrong shape)
+│   ├── OtherArtifact       a file that something was made with was changed or removed since
+│   └── DamagedRecord       a record that a run needs to resume is incomplete or can't be read
+├── InvalidOutput         a network returned an impossible value (NaN, an empty map)
 ├── ArtifactError         a file that set-up makes (bodies, networks) can't be used
 │   ├── ArtifactMissing
 │   └── ArtifactDamaged
@@ -73,7 +73,7 @@ class MalformedMessage(ProtocolError):
 
 
 class ImpossibleValue(MalformedMessage):
-    """A message can be decoded, and a value in it breaks its field's bounds; its sender is told `invalid-input`."""
+    """A message can be decoded, and a value in it is out of its field's bounds; its code is `invalid-input`."""
 
 
 class LimitExceeded(ProtocolError):
@@ -81,7 +81,7 @@ class LimitExceeded(ProtocolError):
 
 
 class AddressUnavailable(VantageError):
-    """An address can't be bound (it is in use) or is no address."""
+    """An address can't be bound (it is in use) or is malformed."""
 
 
 class NotPermitted(VantageError):
@@ -93,19 +93,19 @@ class InvalidConfig(VantageError):
 
 
 class InvalidInput(VantageError):
-    """A value handed to us is out of range, such as a NaN action or an image of the wrong shape."""
+    """An argument is out of range, such as a NaN action or an image of the wrong shape."""
 
 
 class OtherArtifact(InvalidInput):
-    """A file that something was made with is another one now, or gone; with another it is not gone on with."""
+    """A file that something was made with was changed or removed since, so that can't be continued."""
 
 
 class DamagedRecord(InvalidInput):
-    """What was written down to go on by lacks something, or can't be read; the message names the file."""
+    """A record that a run needs to resume is incomplete or can't be read; the message names the file."""
 
 
 class InvalidOutput(VantageError):
-    """A network gave what can't be, such as a heatmap with NaN: it, or how it is run, is broken."""
+    """A network returned an impossible value, such as a heatmap with NaN: the network or its runtime is broken."""
 
 
 class ArtifactError(VantageError):
@@ -117,7 +117,7 @@ class ArtifactMissing(ArtifactError):
 
 
 class ArtifactDamaged(ArtifactError):
-    """The file is there and is not what it should be (truncated, a wrong checksum)."""
+    """The file is damaged (truncated, a wrong checksum)."""
 
 
 class Unavailable(VantageError):

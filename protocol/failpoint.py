@@ -1,8 +1,8 @@
-"""Places where a process can be told to die or to wait, so that crashes can be rehearsed at the worst of moments.
+"""Places in the code where a process can be told to die or to wait, to rehearse crashes at the worst moments.
 
-Off unless `VANTAGE_FAILPOINTS` names a directory when the process starts. There a file that is called like a place says
-what happens at it, once: `kill` ends the process as SIGKILL does, `wait SECONDS` holds it up. A file `PLACE.hold` has
-every process that gets there wait for as long as the file is there, and the process whose number it contains runs.
+They are off unless `VANTAGE_FAILPOINTS` names a directory when the process starts. A file in it with the name of a
+place says what happens there, once: `kill` ends the process by SIGKILL, `wait SECONDS` delays it. While a file
+`PLACE.hold` exists, and the process whose pid it contains runs, every process that reaches the place waits.
 """
 
 import contextlib
@@ -16,55 +16,55 @@ from typing import TypeAlias
 from protocol.artifact import whole_file
 from protocol.errors import InvalidInput
 
-LOOK_EVERY = 0.02
-"""Seconds between two looks of a process that is held."""
+CHECK_EVERY = 0.02
+"""Seconds between two checks of a process that is held."""
 VARIABLE = "VANTAGE_FAILPOINTS"
 
 Failpoint: TypeAlias = Callable[[str], None]
-"""Called with the name of the place that was reached."""
+"""Called with the name of a place when that is reached."""
 
 
 def no_failpoint(_place: str) -> None:
-    """What production calls."""
+    """Does nothing; the failpoint of production."""
 
 
 def failpoint_of(environment: Mapping[str, str]) -> Failpoint:
-    """The failpoints that an environment asks for; without any, a function that does nothing."""
+    """The failpoints of an environment; `no_failpoint` if it names no directory."""
     directory = environment.get(VARIABLE)
     return Failpoints(Path(directory)).reach if directory else no_failpoint
 
 
 class Failpoints:
-    """Orders for places, each a file that is used up by the first process that gets there; and places that are held."""
+    """Orders for places, each a file that the first process to reach the place removes; and places that are held."""
 
     def __init__(self, directory: Path) -> None:
         self._directory = directory
 
     def order(self, place: str, what: str) -> None:
-        """Have the next process that reaches `place` do `what`: `kill`, or `wait SECONDS`."""
+        """Order the next process that reaches `place` to do `what`: `kill`, or `wait SECONDS`."""
         _parse(what)
         with whole_file(self._directory / place) as aside:
             aside.write_text(what, encoding="utf-8")
 
     def is_pending(self, place: str) -> bool:
-        """Whether nobody got there yet."""
+        """Whether no process has carried out the order yet."""
         return (self._directory / place).exists()
 
     def cancel(self, place: str) -> None:
-        """Take an order back that nobody has carried out."""
+        """Remove an order that no process has carried out."""
         (self._directory / place).unlink(missing_ok=True)
 
     def hold(self, place: str) -> None:
-        """Have every process that reaches `place` wait there until it is released, or until we have ended."""
+        """Make every process that reaches `place` wait there until it is released, or until this process has ended."""
         with whole_file(self._holding(place)) as aside:
             aside.write_text(str(os.getpid()), encoding="utf-8")
 
     def release(self, place: str) -> None:
-        """Let go who waits at a place, and hold nobody there any more."""
+        """Release the processes that wait at a place, and hold no more there."""
         self._holding(place).unlink(missing_ok=True)
 
     def reach(self, place: str) -> None:
-        """Carry out what is ordered for the place, if anything is; then wait for as long as the place is held."""
+        """Carry out the order for the place, if there is one; then wait as long as the place is held."""
         taken = self._directory / f".{place}.taken.{os.getpid()}"
         with contextlib.suppress(FileNotFoundError):
             (self._directory / place).rename(taken)
@@ -72,7 +72,7 @@ class Failpoints:
             taken.unlink()
             _carry_out(_parse(what))
         while self._is_held(place):
-            time.sleep(LOOK_EVERY)
+            time.sleep(CHECK_EVERY)
 
     def _is_held(self, place: str) -> bool:
         try:

@@ -1,4 +1,4 @@
-"""Errors on the wire: what a worker raises becomes a `Failure`, and a `Failure` becomes what a client raises."""
+"""Errors on the wire: a worker's exception becomes a `Failure`, and a `Failure` becomes a client's exception."""
 
 import re
 
@@ -15,9 +15,9 @@ INVALID_INPUT = "invalid-input"
 
 
 def code_of(kind: type[Exception]) -> str:
-    """The stable word for an error: `invalid-input` for `InvalidInput`.
+    """The stable code of an error: `invalid-input` for `InvalidInput`.
 
-    To whoever sent it, a value that can't be is the same, whether the codec or a handler found it.
+    An impossible value has the same code whether the codec or a handler found it.
     """
     if issubclass(kind, ImpossibleValue):
         return INVALID_INPUT
@@ -25,18 +25,18 @@ def code_of(kind: type[Exception]) -> str:
 
 
 def failure_of(error: Exception) -> Failure:
-    """What a worker answers when a handler raises."""
+    """The reply of a worker whose handler raised an error."""
     message = readable(str(error)[:_LONGEST_MESSAGE])
     if isinstance(error, Rejected):
         return Failure(code=error.code, message=message, retryable=error.retryable)
     if isinstance(error, VantageError):
-        # A worker behind this one was lost or late; it may be back at the next try.
+        # A worker that this one called was lost or late; the next try may succeed.
         return Failure(code=code_of(type(error)), message=message, retryable=isinstance(error, CallFailed))
     return internal(f"{type(error).__name__}: {message}")
 
 
 def error_of(failure: Failure, worker: str, request: str) -> VantageError:
-    """What a client raises when a worker answers so."""
+    """The error that a client raises for a worker's failure."""
     if failure.code == VERSION_MISMATCH:
         return VersionMismatch(f"{worker} and this process speak no common version: {failure.message}")
     return Rejected(
@@ -47,16 +47,16 @@ def error_of(failure: Failure, worker: str, request: str) -> VantageError:
 
 
 def internal(message: str) -> Failure:
-    """A worker's own fault."""
+    """An error in the worker itself."""
     return Failure(code="internal", message=message)
 
 
 def draining() -> Failure:
-    """A worker that is about to end takes no more."""
-    return Failure(code=DRAINING, message="the worker is about to end; send the request elsewhere", retryable=True)
+    """The worker is about to end and takes no new requests."""
+    return Failure(code=DRAINING, message="the worker is about to end; send the request to another", retryable=True)
 
 
 def overloaded(queue: int) -> Failure:
-    """A worker has as much in hand as it takes."""
+    """The worker's queue is full."""
     message = f"{queue} requests are in hand already; try again, or start more workers"
     return Failure(code=OVERLOADED, message=message, retryable=True)

@@ -1,4 +1,4 @@
-"""What a camera saw: colours, distances and where it stood."""
+"""An RGB-D picture and the camera that took it."""
 
 from typing import Annotated, Literal, TypeAlias, get_args
 
@@ -14,7 +14,7 @@ from protocol.region import Region, require_in_picture
 
 PackedEncoding: TypeAlias = Literal["lossless", "jpeg"]
 Encoding: TypeAlias = Literal["none", PackedEncoding]
-"""How a frame travels: as it is, smaller and the same to the bit, or with colours that are a little off."""
+"""How a frame is sent: not packed, packed without loss, or with its colours as JPEG."""
 
 PackedBytes: TypeAlias = Annotated[UInt8Array, Elements((None,))]
 
@@ -22,7 +22,7 @@ ENCODINGS: tuple[Encoding, ...] = get_args(Encoding)
 
 
 class Packed(Value, frozen=True, eq=False, kw_only=True):
-    """A picture made smaller for its way; `protocol.packing.packing` makes it and opens it.
+    """A packed picture; `protocol.packing.packing` packs and unpacks it.
 
     Attributes:
         rgb, depth: (n,) bytes. The size of the picture is that of the frame's area.
@@ -36,18 +36,17 @@ class Packed(Value, frozen=True, eq=False, kw_only=True):
 class Frame(Reply, frozen=True, eq=False, kw_only=True):
     """An RGB-D picture, or a part of one, and the camera that took it.
 
-    Whatever is said of a frame in pixels is said in those of the whole picture.
+    All pixel coordinates of a frame are those of the whole picture.
 
     Attributes:
-        rgb: (height, width, 3); (0, 0, 3) where it is packed.
+        rgb: (height, width, 3); (0, 0, 3) in a packed frame.
         depth: (height, width), metres along the view (not along the ray); 0 or not finite where nothing was measured;
-            (0, 0) where it is packed.
-        joints: (18, 3) true joints in the world frame, metres, where the truth was asked for and is known.
-        visible: (18,) whether the camera sees that joint, with `joints`.
+            (0, 0) in a packed frame.
+        joints: (18, 3) true joints in the world frame, metres; None if the truth was not requested or is not known.
+        visible: (18,) whether the camera sees that joint; None like `joints`.
         timings: seconds by stage.
-        packed: the picture, in place of `rgb` and `depth`.
-        region: the part of the camera's picture that this is, whose size `rgb` and `depth` then have; all of it where
-            there is none.
+        packed: the packed picture, in place of `rgb` and `depth`.
+        region: the part of the camera's picture that this is, with the size of `rgb` and `depth`; None for all of it.
     """
 
     rgb: Annotated[UInt8Array, Elements((None, None, 3))]
@@ -69,14 +68,14 @@ class Frame(Reply, frozen=True, eq=False, kw_only=True):
 
     @property
     def area(self) -> Region:
-        """What it shows of the camera's picture."""
+        """The part of the camera's picture that it shows."""
         return self.region or Region.seen_by(self.camera.intrinsics)
 
     def part(self, region: Region) -> "Frame":
-        """What it shows of a region; the arrays are not copied.
+        """The part of the frame in a region; the arrays are not copied.
 
         Raises:
-            InvalidInput: it does not show all of that, or is packed.
+            InvalidInput: the frame does not show all of the region, or is packed.
         """
         if region == self.area:
             return self
@@ -87,5 +86,5 @@ class Frame(Reply, frozen=True, eq=False, kw_only=True):
 
     @property
     def encoding(self) -> Encoding:
-        """How it travels."""
+        """How the frame is sent."""
         return "none" if self.packed is None else self.packed.encoding

@@ -1,6 +1,6 @@
-"""What every message says about itself, before its body is looked at.
+"""The header of every message, which is read before its body.
 
-Deadlines are relative, since the clocks of two machines differ; the time on the way counts in the sender's favour.
+Deadlines are relative, since the clocks of two machines differ; the time of the transport is not subtracted.
 """
 
 from typing import Annotated, Any, TypeAlias
@@ -14,7 +14,7 @@ Incarnation: TypeAlias = Annotated[str, Meta(max_length=64)]
 
 
 class RequestHeader(Struct, frozen=True):
-    """`request` names one try of one request; `deadline` is how many seconds its sender still waits."""
+    """`request` identifies one try of one request; `deadline` is how many seconds its sender still waits."""
 
     request: RequestId
     incarnation: Incarnation
@@ -22,14 +22,14 @@ class RequestHeader(Struct, frozen=True):
 
 
 class RequestNumber(Struct, frozen=True):
-    """What must be read of a request's header to answer it, whatever else is in there; a reply's has no deadline."""
+    """The part of a request's header that is needed to answer it; the header of a reply has no deadline."""
 
     request: RequestId
     deadline: Any
 
 
 class ReplyHeader(Struct, frozen=True):
-    """`request` is the request's; `queue` and `compute` are the seconds that it waited and took in the worker."""
+    """`request` is that of the request; `queue` and `compute` are the seconds that it waited and took in the worker."""
 
     request: RequestId
     incarnation: Incarnation

@@ -1,8 +1,8 @@
-"""The name of one life of a process: started again at the same address, it has another."""
+"""A process's incarnation: an id that changes when it is restarted at the same address."""
 
 import secrets
 
 
 def new_incarnation() -> str:
-    """A name that no other process has, now or later."""
+    """An id that no other process has, now or later."""
     return secrets.token_hex(8)

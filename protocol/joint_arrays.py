@@ -1,4 +1,4 @@
-"""Arrays with a row for each of the 18 joints, as messages carry them: their shapes, and what their elements may be."""
+"""The arrays with a row for each of the 18 joints in messages: their shapes and the bounds of their elements."""
 
 from typing import Annotated, TypeAlias
 
@@ -6,16 +6,16 @@ from protocol.arrays import BoolArray, Elements, Float32Array, Float64Array
 from protocol.skeleton import JOINT_COUNT
 
 FARTHEST = 1e6
-"""Metres from the world's origin, beyond which no joint and no filter is."""
+"""The largest coordinate of a joint or a filter, in metres from the world's origin."""
 
 MOST_VARIANCE = FARTHEST**2
-"""m², of a joint that may be anywhere."""
+"""The largest variance, in m²: that of a joint that may be anywhere."""
 
 EVIDENCE_SIZE = 7
-"""Numbers that tell of the depths in a window."""
+"""Number of statistics of the depths in a window."""
 
 _ROUNDED_UP = 1.0 + 1e-9
-"""A share, or a mean of shares, may come to a little more than 1."""
+"""The bound of a share, or a mean of shares, which by rounding may be a little more than 1."""
 
 JointFlags: TypeAlias = Annotated[BoolArray, Elements((JOINT_COUNT,))]
 JointTruth: TypeAlias = Annotated[Float64Array, Elements((JOINT_COUNT, 3), -FARTHEST, FARTHEST)]

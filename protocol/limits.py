@@ -1,4 +1,4 @@
-"""How much of anything is taken, so that no peer can make this process run out of memory."""
+"""Limits on messages and queues, so that no peer can make this process run out of memory."""
 
 from msgspec import Struct
 
@@ -9,14 +9,17 @@ MIB = 1024 * KIB
 
 
 class Limits(Struct, frozen=True, kw_only=True):
-    """Largest sizes, checked before anything is allocated for what was announced.
+    """The largest sizes, checked before memory is allocated.
 
     Attributes:
         header_bytes, body_bytes, array_bytes: of one part of a message.
-        message_bytes: of all its parts together.
-        arrays: how many arrays a message may carry.
-        queue: requests that a worker takes at once; the next one is answered with a retryable `overloaded`.
-        under_way: requests that `map` keeps under way to each worker.
+        message_bytes: of all parts of a message together.
+        arrays: number of arrays that a message may carry.
+        queue: number of requests that a worker takes at once; it refuses further ones as `overloaded`, retryable.
+        under_way: number of requests that `map` keeps under way to each worker.
+
+    Raises:
+        InvalidConfig: a limit is below 1.
     """
 
     header_bytes: int = 4 * KIB
@@ -34,12 +37,12 @@ class Limits(Struct, frozen=True, kw_only=True):
 
     @property
     def part_bytes(self) -> int:
-        """The largest part of any kind: what the sockets themselves refuse to go beyond."""
+        """The largest part of any kind; the sockets refuse a larger one."""
         return max(self.header_bytes, self.body_bytes, self.array_bytes)
 
     @property
     def parts(self) -> int:
-        """The most parts that a message may have: prelude, header, body and arrays."""
+        """The largest number of parts of a message: prelude, header, body and arrays."""
         return 3 + self.arrays
 
 
@@ -47,7 +50,7 @@ DEFAULT_LIMITS = Limits()
 
 
 def require_picture_travels(width: int, height: int, limits: Limits = DEFAULT_LIMITS) -> None:
-    """Raise `LimitExceeded` unless a frame of so many pixels may travel; packed, it must open to no more."""
+    """Raise `LimitExceeded` unless a frame of this size may be sent; a packed frame is limited by its unpacked size."""
     pixels = width * height
     colours, depth = 3 * pixels, 4 * pixels
     if max(colours, depth) > limits.array_bytes or colours + depth > limits.message_bytes:

@@ -10,7 +10,8 @@ from protocol.arrays import require_elements
 class Value(Struct, frozen=True, eq=False):
     """Root of the structs that carry arrays; compared by identity, since arrays have no single truth value.
 
-    Its arrays are held to the `Elements` that they are annotated with. Whoever has a rule of its own calls this first.
+    `__post_init__` checks the arrays against the `Elements` in their annotations. A struct with further rules calls it
+    first.
     """
 
     def __post_init__(self) -> None:
@@ -18,7 +19,7 @@ class Value(Struct, frozen=True, eq=False):
 
 
 class Reply(Value, frozen=True, eq=False):
-    """Root of every answer."""
+    """Root of every reply."""
 
 
 ReplyT = TypeVar("ReplyT", bound=Reply)
@@ -26,7 +27,7 @@ ReplyT_co = TypeVar("ReplyT_co", bound=Reply, covariant=True)
 
 
 class Request(Value, Generic[ReplyT_co], frozen=True, eq=False):
-    """Root of every question; `Request[Frame]` is answered by a `Frame`.
+    """Root of every request; `Request[Frame]` is answered by a `Frame`.
 
-    Every request is pure: it carries all that its answer depends on, so it may be sent again to any worker.
+    Every request is pure: it carries everything that its reply depends on, so it may be sent again to any worker.
     """

@@ -1,6 +1,6 @@
-"""Every message of version 1 of the wire, and the number that stands for each.
+"""Every message of version 1 of the wire protocol, and the number of each.
 
-A number is never used again for another message, and a field is only ever added, with a default (docs/protocol.md).
+A number is never reused for another message, and a field is only ever added, with a default (docs/protocol.md).
 """
 
 from enum import StrEnum
@@ -21,7 +21,7 @@ OLDEST_PROTOCOL_VERSION = 1
 
 
 class Role(StrEnum):
-    """What a process is."""
+    """The role of a process."""
 
     RENDER = "render"
     PERCEPTION = "perception"
@@ -30,7 +30,7 @@ class Role(StrEnum):
 
 
 class State(StrEnum):
-    """Where a worker stands in its life."""
+    """The state of a worker."""
 
     STARTING = "starting"
     READY = "ready"
@@ -43,7 +43,7 @@ AT_WORK = frozenset({State.READY, State.BUSY})
 
 
 class Welcome(Reply, frozen=True, eq=False, kw_only=True):
-    """The answer to `Hello`: the version that both will speak, and who answers."""
+    """The reply to `Hello`: the version that both sides will use, and the worker's identity."""
 
     version: int
     role: Role
@@ -53,7 +53,7 @@ class Welcome(Reply, frozen=True, eq=False, kw_only=True):
 
 
 class Hello(Request[Welcome], frozen=True, eq=False, kw_only=True):
-    """The first message on every connection: the versions that the sender speaks, and who it is."""
+    """The first message on every connection: the versions that the sender speaks, and its identity."""
 
     oldest_version: int = OLDEST_PROTOCOL_VERSION
     newest_version: int = PROTOCOL_VERSION
@@ -62,16 +62,16 @@ class Hello(Request[Welcome], frozen=True, eq=False, kw_only=True):
 
 
 class Pong(Reply, frozen=True, eq=False, kw_only=True):
-    """How a worker is.
+    """The state of a worker.
 
     Attributes:
-        incarnation: changes when the process is started again.
-        progress: requests answered so far; it moves while work is queued, or the worker hangs.
-        queue_depth: requests taken and not yet answered.
+        incarnation: changes when the process is restarted.
+        progress: number of requests answered so far. While requests are queued it grows, unless the worker hangs.
+        queue_depth: number of requests taken and not yet answered.
         resident_bytes: memory of the process.
-        malformed: what came and was no message that this worker could read.
-        lacks: the roles of which its handlers need a worker, and of which it knows none at work. It takes requests all
-            the same, and they wait with it.
+        malformed: number of messages that this worker could not read.
+        lacks: the roles of which its handlers need a worker, and of which it knows none at work. It still takes
+            requests, which then wait.
     """
 
     incarnation: str
@@ -84,28 +84,30 @@ class Pong(Reply, frozen=True, eq=False, kw_only=True):
 
 
 class Ping(Request[Pong], frozen=True, eq=False):
-    """Answered by the I/O thread, also while a handler computes."""
+    """Asks for the worker's state. The I/O thread answers, also while a handler computes."""
 
 
 class Drained(Reply, frozen=True, eq=False):
-    """No request is in hand any more."""
+    """The reply to `Drain`: every request in hand has been answered."""
 
 
 class Drain(Request[Drained], frozen=True, eq=False):
-    """Finish what is in hand, take no more."""
+    """Asks the worker to answer the requests in hand, take no new ones, and end."""
 
 
 class Sampled(Reply, frozen=True, eq=False, kw_only=True):
-    """A scene drawn from the seed that was asked for."""
+    """The scene of the requested seed."""
 
     scene: Scene
 
 
 class SampleScene(Request[Sampled], frozen=True, eq=False, kw_only=True):
-    """Draw a scene; the same seed and split give the same scene on every worker.
+    """Asks for a random scene; the same seed and split give the same scene on every worker.
 
-    With `bystanders`, the same scene has that many people more in it. With other `poses` than the eight kinds, the same
-    person does something else: a worker that does not know the field draws one of the kinds.
+    Attributes:
+        bystanders: number of people to add to the same scene.
+        poses: what the same person's pose is drawn from. A worker that does not know the field draws one of the eight
+            kinds.
     """
 
     seed: int
@@ -115,10 +117,14 @@ class SampleScene(Request[Sampled], frozen=True, eq=False, kw_only=True):
 
 
 class Render(Request[Frame], frozen=True, eq=False, kw_only=True):
-    """Draw a scene as a camera sees it; with `truth`, the frame has the true joints and which of them are visible.
+    """Asks for a picture of a scene.
 
-    The frame may be packed by `encoding`, or not at all, and be the part `region` of the picture, or all of it: a
-    worker that does not know these fields answers as ever. A part has the bytes that the whole picture has there.
+    Attributes:
+        truth: whether the frame carries the true joints, and which of them are visible.
+        encoding: how the frame may be packed.
+        region: the part of the picture to send, with the same bytes as in the whole picture; None for all of it.
+
+    A worker that does not know `encoding` or `region` sends the whole picture, not packed.
     """
 
     scene: Scene
@@ -133,11 +139,12 @@ class Render(Request[Frame], frozen=True, eq=False, kw_only=True):
 
 
 class Perceive(Request[PoseEstimate], frozen=True, eq=False, kw_only=True):
-    """Estimate the pose in a frame at hand, as a camera or a recording sends it.
+    """Asks for the pose in a given frame, as from a camera or a recording.
 
     Attributes:
-        liftings: ways of lifting whose readings are to come along, for whoever compares them.
-        evidence: whether what a learned lifter is told is to come along, for whoever fits one.
+        heatmaps: whether the reply carries the network's heatmaps.
+        liftings: ways of lifting to compare; the reply carries the readings of each.
+        evidence: whether the reply carries the input of a learned lifter, to fit one.
     """
 
     frame: Frame
@@ -148,10 +155,11 @@ class Perceive(Request[PoseEstimate], frozen=True, eq=False, kw_only=True):
 
 
 class Observe(Request[PoseEstimate], frozen=True, eq=False, kw_only=True):
-    """Have a scene rendered and estimate the pose in it; the frame goes from renderer to perceiver, and no further.
+    """Asks for the pose in a picture of a scene, which the perception worker requests from a render worker.
 
     Attributes:
-        liftings, evidence: as in `Perceive`.
+        truth: as in `Render`.
+        heatmaps, liftings, evidence: as in `Perceive`.
     """
 
     scene: Scene
@@ -164,13 +172,13 @@ class Observe(Request[PoseEstimate], frozen=True, eq=False, kw_only=True):
 
 
 class WorkerRecord(Struct, frozen=True, kw_only=True):
-    """One process as the orchestrator knows it.
+    """One process in the orchestrator's table.
 
     Attributes:
         address: where it serves; empty for an agent, which serves nothing.
         name: what the run calls it, such as `render-0`.
-        pid: its number on its own machine; 0 where it did not say.
-        key: the public key that it proves to whoever connects; empty where none is asked for.
+        pid: on its own machine; 0 if it is not known.
+        key: the public key that it proves to its clients; empty without keys.
     """
 
     role: Role
@@ -183,54 +191,54 @@ class WorkerRecord(Struct, frozen=True, kw_only=True):
 
 
 class Registered(Reply, frozen=True, eq=False, kw_only=True):
-    """The worker is in the orchestrator's table.
+    """The reply to `Register`: the process is in the orchestrator's table.
 
     Attributes:
-        over: whatever it was there for is done; it is to finish what is in hand and end.
+        over: whether the run is over; then the process should answer the requests in hand and end.
     """
 
     over: bool = False
 
 
 class Register(Request[Registered], frozen=True, eq=False, kw_only=True):
-    """Enter a worker in the orchestrator's table, or its new state."""
+    """Enters a process, or its new state, in the orchestrator's table."""
 
     worker: WorkerRecord
 
 
 class Workers(Reply, frozen=True, eq=False, kw_only=True):
-    """The workers of the role that was asked for."""
+    """The reply to `Lookup`: the workers of the requested role."""
 
     workers: tuple[WorkerRecord, ...]
 
 
 class Lookup(Request[Workers], frozen=True, eq=False, kw_only=True):
-    """Who serves a role, and where."""
+    """Asks for the workers of a role."""
 
     role: Role
 
 
 class Dismissed(Reply, frozen=True, eq=False):
-    """The orchestrator waits for this run no more."""
+    """The reply to `Dismiss`: the orchestrator does not wait for this run any more."""
 
 
 class Dismiss(Request[Dismissed], frozen=True, eq=False, kw_only=True):
-    """A run is done, and needs no workers any more.
+    """Says that a run is done and needs no workers any more.
 
     Attributes:
-        incarnation: the one under which the run's process registered.
+        incarnation: with which the run's process registered.
     """
 
     incarnation: str
 
 
 class Failure(Reply, frozen=True, eq=False, kw_only=True):
-    """A request could not be answered.
+    """The reply to any request that could not be answered.
 
     Attributes:
-        code: stable word for programs: the name of the error, such as `invalid-input` or `draining`.
+        code: a stable name of the error, for programs, such as `invalid-input` or `draining`.
         message: what happened and what to do, for people.
-        retryable: whether the same request may succeed elsewhere or later.
+        retryable: whether the same request may succeed at another worker or later.
     """
 
     code: str

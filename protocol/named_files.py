@@ -1,7 +1,7 @@
-"""The files that a configuration names: where each of them is, and whether it is still the one that it was.
+"""The files that a configuration names: their paths, and whether they have changed.
 
-A setting whose value is a path is marked as one, and that is all: it is then relative to the configuration's own file,
-its checksum is recorded with what is made by it, and whoever goes on with that is refused another file.
+A setting that takes a path only needs the mark `NamedFile`. Its path is then relative to the configuration's own file,
+its checksum is recorded in a run, and the run can't be resumed with another file.
 """
 
 import re
@@ -26,9 +26,9 @@ class NamedFile(Struct, frozen=True):
     """Marks a setting that takes a path: `Annotated[str, NamedFile("the lifter", words="auto")]`.
 
     Attributes:
-        noun: what the file has.
-        words: a pattern of the values that are no path.
-        otherwise: the file that is meant where there is no value.
+        noun: what the file is, for messages.
+        words: a regular expression of the values that are not paths.
+        otherwise: returns the default file of a setting without a value.
     """
 
     noun: str
@@ -49,7 +49,7 @@ class Setting(NamedTuple):
 
     @property
     def path(self) -> Path | None:
-        """The file that is meant, if one is."""
+        """The file that the setting names, or its default file; None if it names none."""
         if not self.value:
             return None if self.mark.otherwise is None else self.mark.otherwise()
         return Path(self.value) if self.mark.is_path(self.value) else None
@@ -66,10 +66,10 @@ def path_settings(section: Struct, prefix: str = "") -> Iterator[Setting]:
 
 
 def with_absolute_paths(config: SectionT, directory: Path) -> SectionT:
-    """A configuration whose relative paths were relative to a directory.
+    """A configuration with its relative paths made absolute, as paths in a directory.
 
     Raises:
-        InvalidConfig: that has bytes in its name that no configuration can hold.
+        InvalidConfig: the directory's name is not UTF-8, so a configuration can't hold it.
     """
     base = directory.resolve()
 
@@ -89,7 +89,7 @@ def relative_paths(config: Struct) -> tuple[Setting, ...]:
 
 
 def with_content(config: SectionT, checksums: Mapping[str, str]) -> SectionT:
-    """A configuration with the checksum of each file, where it is known, in the place of its path."""
+    """A configuration with each file's checksum, if it is known, in place of its path."""
     return _with_paths(
         config,
         lambda setting: f"{_CHECKSUM}{checksums[setting.name]}" if setting.name in checksums else setting.value,
@@ -97,15 +97,15 @@ def with_content(config: SectionT, checksums: Mapping[str, str]) -> SectionT:
 
 
 def is_checksum(value: str) -> bool:
-    """Whether a checksum stands in the place of a path."""
+    """Whether a value is a checksum in place of a path."""
     return value.startswith(_CHECKSUM)
 
 
 def checksums_of(config: Struct) -> dict[str, str]:
-    """sha256 of every file that a configuration means, by the setting's name; of a default file if it is there.
+    """The sha256 of every file of a configuration, by the setting's name; default files count if they exist.
 
     Raises:
-        InvalidConfig: a file that it names is not there.
+        InvalidConfig: a file that it names does not exist.
     """
     found: dict[str, str] = {}
     for setting in path_settings(config):
@@ -118,14 +118,15 @@ def checksums_of(config: Struct) -> dict[str, str]:
 
 
 def require_same_files(config: Struct, checksums: Mapping[str, str], section: str = "") -> None:
-    """Make sure that the files that a configuration means are those that were recorded.
+    """Make sure that a configuration's files have the recorded checksums.
 
     Args:
-        section: of the configuration, whose files alone are looked at.
+        checksums: by the setting's name.
+        section: the prefix of the settings to check; empty for all.
 
     Raises:
-        OtherArtifact: one of them is another one, or is gone.
-        InvalidConfig: there is no such setting.
+        OtherArtifact: a file was changed or is missing.
+        InvalidConfig: a recorded name is not that of a setting with a file.
     """
     named = {setting.name: setting for setting in path_settings(config)}
     for name, checksum in checksums.items():
@@ -162,7 +163,7 @@ def _with_paths(section: SectionT, change: Callable[[Setting], str | None], pref
 
 
 def _mark_of(annotation: Any) -> NamedFile | None:
-    """The mark in a field's type, also where that may be None."""
+    """The mark in a field's type, also in an optional one."""
     if get_origin(annotation) is Annotated:
         return next((mark for mark in get_args(annotation)[1:] if isinstance(mark, NamedFile)), None)
     marks = (_mark_of(part) for part in get_args(annotation))

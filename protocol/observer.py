@@ -1,4 +1,4 @@
-"""Who watches a worker from within its process, such as what counts its requests: all that the worker knows of it."""
+"""The interface between a worker and an observer in its process, such as the one that counts requests."""
 
 from enum import StrEnum
 from typing import Any, Protocol
@@ -10,7 +10,7 @@ from protocol.messages import Failure, Pong
 
 
 class Outcome(StrEnum):
-    """What came of a request."""
+    """The outcome of a request."""
 
     ANSWERED = "answered"
     FAILED = "failed"
@@ -18,14 +18,14 @@ class Outcome(StrEnum):
 
 
 class Finished(Struct, frozen=True, kw_only=True):
-    """A request that is over.
+    """A request that has ended.
 
     Attributes:
-        request: its type's name.
-        outcome: `failed` where its handler took it and came to nothing, `refused` where no handler saw it.
-        code: the failure's, see `protocol.failure`; empty for an answer.
-        queue: seconds that it waited for a handler; None where it was turned away at the monitor.
-        compute: seconds that its handler took; None where none saw it.
+        request: the name of its type.
+        outcome: `failed` if its handler failed, `refused` if no handler took it.
+        code: the failure's code, see `protocol.failure`; empty for an answer.
+        queue: seconds that it waited for a handler; None if the I/O thread refused it.
+        compute: seconds that its handler took; None if no handler took it.
     """
 
     request: str
@@ -36,39 +36,39 @@ class Finished(Struct, frozen=True, kw_only=True):
 
 
 class Turning(Protocol):
-    """A thread that waits on sockets, one turn after the other."""
+    """A thread that polls sockets, once a turn."""
 
     @property
     def turns(self) -> int:
-        """How many turns it has taken."""
+        """The number of turns so far."""
         ...
 
     def wake(self) -> None:
-        """Have it take a turn soon; one that hangs takes none. May be called from any thread."""
+        """Make it take a turn soon; a thread that hangs takes none. May be called from any thread."""
         ...
 
 
 class Observed(Turning, Protocol):
-    """A worker, for those who watch it."""
+    """A worker, as its observer sees it."""
 
     def pong(self) -> Pong:
-        """How it is, as it would answer a ping. May be called from any thread."""
+        """The worker's answer to a ping. May be called from any thread."""
         ...
 
 
 class Observer(Protocol):
-    """Watches one worker. It is called by the threads that do the work, so it neither waits nor raises."""
+    """Observes one worker. The worker's own threads call it, so its methods must neither wait nor raise."""
 
     def attend(self, worker: Observed) -> None:
-        """This is the worker; it answers from now on."""
+        """The worker starts to answer."""
         ...
 
     def finished(self, request: Finished) -> None:
-        """A request is over; pings, handshakes and drains are none."""
+        """A request has ended. Pings, handshakes and drains do not count."""
         ...
 
 
-class _Nobody:
+class _NoObserver:
     def attend(self, worker: Observed) -> None:
         pass
 
@@ -76,12 +76,12 @@ class _Nobody:
         pass
 
 
-NOBODY: Observer = _Nobody()
-"""Watches nothing."""
+NO_OBSERVER: Observer = _NoObserver()
+"""Does nothing."""
 
 
 def handled(request: Request[Any], reply: Reply, *, queue: float, compute: float) -> Finished:
-    """What came of a request that a handler took; times are seconds."""
+    """The outcome of a request that a handler took; times are seconds."""
     name = type(request).__name__
     if isinstance(reply, Failure):
         return Finished(request=name, outcome=Outcome.FAILED, code=reply.code, queue=queue, compute=compute)
@@ -89,5 +89,5 @@ def handled(request: Request[Any], reply: Reply, *, queue: float, compute: float
 
 
 def refused(request: Request[Any] | Reply, why: Failure, *, queue: float | None = None) -> Finished:
-    """What came of a request that no handler saw, or of what came in its place."""
+    """The outcome of a request that no handler took, or of another message in its place."""
     return Finished(request=type(request).__name__, outcome=Outcome.REFUSED, code=why.code, queue=queue)

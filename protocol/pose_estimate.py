@@ -1,4 +1,4 @@
-"""What a perception worker makes of a frame: where each joint is, and how sure we are of it."""
+"""A perception worker's estimate of a pose: the place and the quality of each joint, and the filter's state."""
 
 from collections.abc import Mapping
 from typing import Annotated, Literal, TypeAlias
@@ -24,30 +24,30 @@ from protocol.quantities import Measured
 from protocol.skeleton import JOINT_COUNT
 
 Lifting: TypeAlias = Literal["mean", "median", "nearest"]
-"""What of the depths in the 7×7 pixels around a keypoint is taken for the joint's: their mean (seed, section 3.2),
-their median, or the mean of the surface in front."""
+"""How a joint's depth is taken from the 7×7 depths around its keypoint: their mean (thesis, section 3.2),
+their median, or the mean of the nearest surface."""
 
 FilterRule: TypeAlias = Literal["quality", "variance"]
-"""By what a filter tells an observation's noise: 1 - its quality, taken for m² (seed, section 3.3.4), or the variance
-that a learned lifter gives it."""
+"""Where a filter takes an observation's noise from: 1 - its quality, taken for m² (thesis, section 3.3.4), or the
+variance that a learned lifter gives it."""
 
 INITIAL_VARIANCE = 1.0
 BASE_PROCESS_NOISE = 0.01
 """m² a frame, of a filter by quality."""
 
 BASE_PROCESS_NOISES: Mapping[FilterRule, float] = {"quality": BASE_PROCESS_NOISE, "variance": 1e-5}
-"""m² that a joint's variance grows by from one frame that locates it to the next."""
+"""m² by which a joint's variance grows from one frame that locates it to the next."""
 
 
 class FilterState(Value, frozen=True, eq=False):
-    """The Kalman filter over 18 joints at rest (seed, section 3.3.4). It travels: out with a request, back updated.
+    """The Kalman filter over 18 joints at rest (thesis, section 3.3.4). It travels: out with a request, back updated.
 
     Attributes:
         mean: (18, 3) world frame, metres.
         variance: (18, 3) diagonal of the posterior covariance, m².
         process_noise: (18,) diagonal of Q for each joint, m²; it grows while a joint is not seen.
         seen: (18,) whether the joint was ever observed.
-        rule: by what it tells an observation's noise; where no lifter has learned a variance, by quality all the same.
+        rule: what it takes for the noise of a measured joint; without a learned lifter's variance, always the quality.
     """
 
     mean: Annotated[Float64Array, Elements((JOINT_COUNT, 3), -FARTHEST, FARTHEST)]
@@ -69,11 +69,11 @@ class FilterState(Value, frozen=True, eq=False):
 
 
 class Reading(Value, frozen=True, eq=False, kw_only=True):
-    """What one frame comes to under another way of lifting.
+    """The result of one frame with another way of lifting.
 
     Attributes:
         points: (18, 3) world frame, metres; NaN where a joint was not located.
-        distance, quality: (18,) in [0, 1], as in an observation; mass and height don't depend on depth.
+        distance, quality: (18,) in [0, 1], as in `PoseEstimate`; mass and height don't depend on depth.
     """
 
     points: JointPoints
@@ -82,12 +82,12 @@ class Reading(Value, frozen=True, eq=False, kw_only=True):
 
 
 class Evidence(Value, frozen=True, eq=False, kw_only=True):
-    """What of the depths a learned lifter is told beside the keypoints, for whoever fits one.
+    """The input of a learned lifter apart from the keypoints: statistics of the depths around them.
 
     Attributes:
-        narrow, wide: (18, 7) of the window around each keypoint, one of a few pixels and one of a body's part: the
-            share of it with believed depths, then the least of these, the 10th, 25th, 50th and 75th of a hundred, and
-            the greatest, in metres; NaN where there is none.
+        narrow, wide: (18, 7) of two windows around each keypoint, of a few pixels and of the size of a body part: the
+            share of valid depths, and their minimum, 10th, 25th, 50th and 75th percentiles, and maximum, in metres;
+            NaN without valid depths.
     """
 
     narrow: JointEvidence
@@ -99,23 +99,24 @@ class PoseEstimate(Reply, frozen=True, eq=False, kw_only=True):
 
     Attributes:
         keypoints: (18, 2) pixels x, y in the frame; NaN where a joint was not detected.
-        points: (18, 3) world frame, metres; NaN where a joint was not located. A learned lifter locates all joints of
-            whoever is found, those that were not detected as well: these are `inferred`.
-        mass, height, distance, quality: (18,) in [0, 1], 1 is best (seed, section 3.3); 0 where not detected.
+        points: (18, 3) world frame, metres; NaN where a joint was not located. A learned lifter locates all joints of a
+            person that is found; those that were not detected are `inferred`.
+        mass, height, distance, quality: (18,) in [0, 1], 1 is best (thesis, section 3.3); 0 where not detected.
         filter: the state to send with the next frame.
-        heatmaps: (19, rows, columns) the network's output, where it was asked for.
+        heatmaps: (19, rows, columns) the network's output, if it was requested.
         heatmap_area: left, top, width and height, in pixels, of the part of the frame that the heatmaps cover.
-        spread: (18,) metres between the nearest and the farthest depth in the window that a keypoint was lifted by; NaN
-            where a joint was not located.
-        expected_error: (18,) metres between `points` and the joint that are expected, where the worker is calibrated;
+        spread: (18,) metres between the nearest and the farthest depth in the window by which a keypoint was lifted;
             NaN where a joint was not located.
-        radius: (18,) metres; a sphere about `points` that holds the joint with probability 0.9; NaN likewise.
-        variance: (18, 3) m² of `points` along the world's axes, where a learned lifter gives them; NaN likewise.
-        readings: by other ways of lifting, those that were asked for.
-        evidence: what a learned lifter is told, where it was asked for.
-        joints, visible: the truth that came with the frame, where it was asked for.
-        timings: seconds by stage: render, infer, decode, lift, qoe, filter, and transport between the workers; pack and
-            unpack where the frame was packed for its way.
+        expected_error: (18,) expected distance in metres between `points` and the true joint; NaN where a joint was not
+            located; None if the worker is not calibrated.
+        radius: (18,) metres; a sphere around `points` that contains the joint with probability 0.9; NaN and None
+            likewise.
+        variance: (18, 3) m² of `points` along the world's axes; NaN likewise; None without a learned lifter.
+        readings: of the other ways of lifting that were requested.
+        evidence: the input of a learned lifter, if it was requested.
+        joints, visible: the truth that came with the frame, if it was requested.
+        timings: seconds by stage: render, infer, decode, lift, qoe, filter, and transport between the workers; for a
+            packed frame also pack and unpack.
     """
 
     keypoints: JointPixels
@@ -139,5 +140,5 @@ class PoseEstimate(Reply, frozen=True, eq=False, kw_only=True):
 
     @property
     def inferred(self) -> BoolArray:
-        """(18,) which joints have a place by the others' alone: they were located, and not detected."""
+        """(18,) the joints that were located without being detected, from the other joints."""
         return np.isfinite(self.points[:, 0]) & np.isnan(self.keypoints[:, 0])

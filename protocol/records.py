@@ -1,6 +1,6 @@
-"""What a training writes down as it goes: one JSON object a line or a file, in the run directory.
+"""The records that a training writes into its run directory: one JSON object a line or a file.
 
-The agent writes them, the orchestrator and people read them; none is needed to go on with a run.
+The agent writes them, the orchestrator and people read them; a run resumes without them.
 """
 
 from typing import Literal, TypeAlias
@@ -15,17 +15,17 @@ Stage: TypeAlias = Literal["render", "infer", "decode", "lift", "qoe", "filter",
 
 
 class Progress(Struct, frozen=True, kw_only=True):
-    """Where a training stands.
+    """The progress of a training.
 
     Attributes:
         time: seconds since 1970, for people.
         phase: what the agent is doing.
-        step, steps: environment steps done and to do in this phase.
+        step, steps: environment steps done in this phase, and in all.
         steps_per_second: over the last few seconds.
-        episode_return, uncertainty: mean over the last 20 finished episodes; none before the first.
-        stages: median seconds an environment step spends in each stage, over the last few hundred steps.
-        process: when the process was started that wrote this; None in records of before that was written down.
-        steady: seconds of its machine's monotonic clock, for whoever takes times there; None likewise.
+        episode_return, uncertainty: mean over the last 20 finished episodes; None before the first.
+        stages: median seconds that an environment step spends in each stage, over the last few hundred steps.
+        process: when the process that wrote this was started; None in records of older versions.
+        steady: seconds of the machine's monotonic clock, for measurements on that machine; None likewise.
     """
 
     time: float
@@ -55,10 +55,10 @@ class Episode(Struct, frozen=True, kw_only=True):
 
 
 class Summary(Struct, frozen=True, kw_only=True):
-    """A training at its end, or where somebody stopped it before (then it is not `complete` and can be resumed).
+    """A training at its end, or where it was stopped earlier (then it is not `complete` and can be resumed).
 
     Attributes:
-        seconds: of training in all, over every process that had a part in it.
+        seconds: of training in all, over all processes that took part in it.
         stages: median seconds an environment step.
     """
 
@@ -97,9 +97,9 @@ class Evaluation(Struct, frozen=True, kw_only=True):
     """The evaluation table: the trained policy first, then the baselines, all on the same scenes.
 
     Attributes:
-        weights: sha256 of the run's weights as they were when it began; none where there were none, nor in records of
-            before that was written down.
-        by: the incarnation of the process that flew it; likewise none before.
+        weights: sha256 of the run's weights when the evaluation began; None without weights, and in records of older
+            versions.
+        by: the incarnation of the process that flew it; None in records of older versions.
     """
 
     first_seed: int

@@ -1,4 +1,4 @@
-"""A part of a picture: a rectangle of whole pixels, and the way between its own pixels and the whole picture's."""
+"""A part of a picture: a rectangle of whole pixels, and conversions between its own and the whole picture's pixels."""
 
 from typing import Annotated, TypeVar
 
@@ -38,12 +38,12 @@ class Region(Struct, frozen=True):
 
     @property
     def right(self) -> int:
-        """The first column that is not in it any more."""
+        """The first column to the right of it."""
         return self.left + self.width
 
     @property
     def bottom(self) -> int:
-        """The first row that is not in it any more."""
+        """The first row below it."""
         return self.top + self.height
 
     @property
@@ -52,7 +52,7 @@ class Region(Struct, frozen=True):
         return self.height, self.width
 
     def is_within(self, other: "Region") -> bool:
-        """Whether all of it lies in another one."""
+        """Whether it lies in another region."""
         return (
             self.left >= other.left
             and self.top >= other.top
@@ -61,15 +61,15 @@ class Region(Struct, frozen=True):
         )
 
     def part(self, picture: NDArray[ElementT]) -> NDArray[ElementT]:
-        """What a whole picture (rows, columns, …) shows of the region; no copy."""
+        """The region of a whole picture (rows, columns, …), as a view."""
         return picture[self.top : self.bottom, self.left : self.right]
 
     def within(self, other: "Region") -> "Region":
-        """The same rectangle, counted from another one's corner."""
+        """The same rectangle, counted from another region's corner."""
         return Region(self.left - other.left, self.top - other.top, self.width, self.height)
 
     def inside(self, pixels: Float64Array) -> Float64Array:
-        """Pixels x and y of the whole picture (n, 2) as pixels of the region."""
+        """Pixels x, y of the whole picture (n, 2) as pixels of the region."""
         return pixels - (self.left, self.top)
 
     def pixels(self, cells: Float64Array, map_size: tuple[int, int]) -> Float64Array:

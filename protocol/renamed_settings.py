@@ -1,4 +1,4 @@
-"""Settings that had another name before: a configuration with the old one is refused, and told the new one."""
+"""Renamed settings: a configuration with an old name is refused with the new one."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, cast
@@ -27,11 +27,11 @@ RENAMED: Mapping[str, str] = {
     "learner.ppo.clip": "clip_range",
     "learner.ppo.entropy": "ent_coef",
 }
-"""The old name with its section, and the new name."""
+"""The new name of each setting, by its old name with the section."""
 
 
 def renamed_in(table: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, str]]:
-    """The settings of a configuration's table that have another name now: the old name, and the new one."""
+    """The settings in a configuration's table that were renamed: the old name, and the new one."""
     for key, value in table.items():
         name = f"{section}{key}"
         if name in RENAMED:

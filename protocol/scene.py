@@ -1,6 +1,6 @@
-"""A scene as plain values: people, what they do and wear, and what is around them.
+"""A scene as plain values: people, their poses and clothes, and their surroundings.
 
-A scene travels with every request, so any render worker can draw it. The *body frame* has its origin on the ground
+Every request carries its scene, so any render worker can draw it. The *body frame* has its origin on the ground
 between the feet, x to the person's front, y to their left, z up; a body of yaw 0 at the origin stands in the world
 frame.
 """
@@ -16,22 +16,22 @@ from protocol.quantities import ArmLengths, Coordinate, Elevation, Heading, Join
 Split: TypeAlias = Literal["train", "test"]
 
 Poses: TypeAlias = Literal["kinds", "wide", "overhead", "crossed", "squat", "kneel", "sit"]
-"""What a scene's pose is drawn from: the eight kinds; `wide`, to train on; or a family that `wide` keeps out of.
+"""What a scene's pose is drawn from: the eight kinds; `wide`, to train on; or a family that `wide` excludes.
 
-A scene's randomness counts from the name's place here, so a new one is the last.
+The name's index here is part of the scene's random seed, so add new names at the end.
 """
 
 TRAIN_IDENTITIES = range(40)
 TEST_IDENTITIES = range(40, 60)
 TRAIN_POSES = range(6)
 TEST_POSES = range(8)
-"""Poses 6 and 7 are never seen in training (seed, section 4.3.4)."""
+"""Poses 6 and 7 are never seen in training (thesis, section 4.3.4)."""
 
 Identity: TypeAlias = Annotated[int, Meta(ge=0, lt=60)]
 PoseKind: TypeAlias = Annotated[int, Meta(ge=0, lt=8)]
 
 MOST_BYSTANDERS = 8
-"""So that a request can't ask for a crowd that no renderer has the memory for."""
+"""Limits the memory of a renderer that one request needs."""
 
 
 class Arm(Struct, frozen=True):
@@ -80,10 +80,10 @@ class Trunk(Struct, frozen=True):
 UPRIGHT = Trunk()
 
 
-# An upright pose is encoded as it was before there was a trunk: the noise of depth is seeded by the bytes. Legs and
-# head have factories, since a default that one makes is never omitted.
+# An upright pose has the same encoding as before the trunk was added, since the bytes seed the noise of depth. Legs and
+# head have factories, since msgspec never omits a default that a factory makes.
 class BodyPose(Struct, frozen=True, omit_defaults=True):
-    """What a body does: a sample of one of the eight kinds of body pose (`kind`, 0 to 7), or a pose of no kind (0)."""
+    """A body's pose: a sample of one of the eight kinds of pose (`kind`, 0 to 7), or a pose of no kind (0)."""
 
     kind: PoseKind
     left_arm: Arm
@@ -94,7 +94,7 @@ class BodyPose(Struct, frozen=True, omit_defaults=True):
     trunk: Trunk = UPRIGHT
 
     def __post_init__(self) -> None:
-        # Only the default itself is omitted, not what equals it; equal poses must be equal bytes.
+        # msgspec omits only the default object itself, and equal poses must have equal bytes.
         if self.trunk == UPRIGHT:
             force_setattr(self, "trunk", UPRIGHT)
 
@@ -108,7 +108,7 @@ class Sun(Struct, frozen=True):
 
 
 class Figure(Struct, frozen=True):
-    """Somebody in a scene.
+    """A person in a scene.
 
     Attributes:
         identity: number of the body, 0 to 59.
@@ -127,14 +127,14 @@ class Figure(Struct, frozen=True):
         _require_possible(self)
 
 
-# Without bystanders a scene is encoded as it was before there were any: the noise of depth is seeded by the bytes.
+# Without bystanders a scene has the same encoding as before they were added, since the bytes seed the noise of depth.
 class Scene(Struct, frozen=True, omit_defaults=True):
-    """Everything that a picture depends on beside the camera.
+    """Everything that a picture depends on, apart from the camera.
 
     Attributes:
-        identity, pose, appearance, position, yaw: of the person who is looked at, as a `Figure`'s.
+        identity, pose, appearance, position, yaw: of the person whose pose is estimated, as in `Figure`.
         ground, background: names of images that the render worker knows.
-        bystanders: who else is there; a frame's truth is not theirs.
+        bystanders: other people; a frame's truth does not include them.
     """
 
     identity: Identity
@@ -154,17 +154,17 @@ class Scene(Struct, frozen=True, omit_defaults=True):
 
     @property
     def person(self) -> Figure:
-        """Who is looked at."""
+        """The person whose pose is estimated."""
         return Figure(self.identity, self.pose, self.appearance, self.position, self.yaw)
 
     @property
     def facing(self) -> tuple[float, float]:
-        """Unit vector on the ground, in the world frame, that the person looks along."""
+        """The direction that the person faces: a unit vector on the ground, in the world frame."""
         return math.cos(self.yaw), math.sin(self.yaw)
 
 
-def _require_possible(somebody: Figure | Scene) -> None:
-    if not (0 <= somebody.identity < 60 and 0 <= somebody.pose.kind < 8):
+def _require_possible(person: Figure | Scene) -> None:
+    if not (0 <= person.identity < 60 and 0 <= person.pose.kind < 8):
         raise ValueError("identities are numbered 0 to 59, poses 0 to 7")
-    if not all(math.isfinite(value) for value in (*somebody.position, somebody.yaw)):
+    if not all(math.isfinite(value) for value in (*person.position, person.yaw)):
         raise ValueError("a person's position and yaw must be finite")

@@ -1,4 +1,4 @@
-"""The skeleton that every room speaks of: COCO-18 in OpenPose's order."""
+"""The skeleton of all rooms: COCO-18 in OpenPose's order."""
 
 from enum import IntEnum
 
@@ -89,16 +89,16 @@ _UPPER_BODY_WEIGHTS: dict[Joint, float] = {
 
 
 def upper_body_weights() -> Float64Array:
-    """(18,) weights of the joints that a handover needs; they sum to 10. Source: seed, section 4.3.5."""
+    """(18,) weights of the joints that a handover needs; they sum to 10. Source: thesis, section 4.3.5."""
     return np.array([_UPPER_BODY_WEIGHTS.get(joint, 0.0) for joint in Joint])
 
 
 def weighted_uncertainty(quality: Float64Array) -> float:
-    """How unsure we are of the upper body, from 0 (certain) to 10.
+    """The weighted uncertainty of the upper body, from 0 (certain) to 10.
 
     Args:
         quality: (18,) combined quality of each joint, in [0, 1].
 
-    Source: seed, section 4.3.5.
+    Source: thesis, section 4.3.5.
     """
     return float(upper_body_weights() @ (1.0 - quality))

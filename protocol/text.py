@@ -1,6 +1,6 @@
-"""Text whose bytes somebody else chose: files, names, logs and environments may hold what is no UTF-8.
+"""Text from outside: files, file names, logs and environment variables may hold bytes that are not UTF-8.
 
-A file's name with such a byte reaches us as a string with half a surrogate pair in it, which no encoder takes.
+Python represents such a byte in a file name by a lone surrogate, which no encoder takes.
 """
 
 from typing import Any
@@ -8,17 +8,17 @@ from typing import Any
 import msgspec
 
 UNDECODABLE = (msgspec.MsgspecError, UnicodeDecodeError, RecursionError, MemoryError, OverflowError)
-"""What decoding bytes raises that are no such record: cut off, in another encoding, nested without end, or endless."""
+"""The errors of decoding bytes that are not such a record: cut off, in another encoding, too deep, or too large."""
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 class NotUtf8(ValueError):
-    """Bytes that were to be text are in another encoding; its message goes on from the file's name."""
+    """A text is in another encoding; the message continues a sentence that begins with the file's name."""
 
 
 def utf8_text(encoded: bytes) -> str:
-    """A file's text, without the byte-order mark that some editors put first.
+    """Decode a file's text, without the byte-order mark that some editors write.
 
     Raises:
         NotUtf8: it is in another encoding.
@@ -33,17 +33,17 @@ def utf8_text(encoded: bytes) -> str:
 
 
 def readable(text: str) -> str:
-    """The text with a question mark for each byte that is no UTF-8."""
+    """The text with a question mark for each byte that is not UTF-8."""
     return text.encode(errors="replace").decode()
 
 
 def one_line(text: str) -> str:
-    """The text with a space for whatever does something to a terminal: a new line, an escape sequence's beginning."""
+    """The text with a space for each control character, such as a new line or the beginning of an escape sequence."""
     return "".join(character if character.isprintable() else " " for character in text).strip()
 
 
 def json_of(value: Any, *, stable: bool = False) -> bytes:
-    """A value as JSON, whatever bytes stand in its strings; what JSON has no word for is written as by `repr`.
+    """A value as JSON, with any bytes in its strings; a value of a type that JSON lacks is written by its `repr`.
 
     Args:
         stable: whether the fields come in a stable order.

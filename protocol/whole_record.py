@@ -1,4 +1,4 @@
-"""Records in which everything must be there: what is missing was lost, and is never read as a default."""
+"""Records in which every field must be present: a missing one was lost, and never gets its default."""
 
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
@@ -14,7 +14,7 @@ RecordT = TypeVar("RecordT", bound=Struct)
 
 
 def lacking(table: Mapping[str, Any], record: type[Struct], prefix: str = "") -> Iterator[str]:
-    """The fields of a record that a table of plain values has not, those of the records in it included."""
+    """The fields of a record, and of the records in it, that a table of plain values lacks."""
     for field in msgspec.structs.fields(record):
         name = f"{prefix}{field.encode_name}"
         if field.encode_name not in table:
@@ -24,13 +24,13 @@ def lacking(table: Mapping[str, Any], record: type[Struct], prefix: str = "") ->
 
 
 def decode_whole(text: bytes, record: type[RecordT], *, may_lack: Collection[str] = ()) -> RecordT:
-    """A record out of JSON that has every field of it.
+    """Decode a record from JSON that has all of its fields.
 
     Args:
-        may_lack: names of fields that came later, and of which a record of before says nothing.
+        may_lack: names of fields that older versions did not write.
 
     Raises:
-        msgspec.MsgspecError: it is none, or lacks a field, which is named.
+        msgspec.MsgspecError: it is not such a record, or lacks a field, which the message names.
     """
     table: object = msgspec.json.decode(text)
     if isinstance(table, Mapping):
@@ -41,10 +41,10 @@ def decode_whole(text: bytes, record: type[RecordT], *, may_lack: Collection[str
 
 
 def read_whole(path: Path, record: type[RecordT], *, may_lack: Collection[str] = ()) -> RecordT:
-    """A file's record that can't be done without; arguments as `decode_whole`.
+    """Read a record that a run needs; arguments as in `decode_whole`.
 
     Raises:
-        DamagedRecord: it is gone, can't be read, or lacks a field.
+        DamagedRecord: the file is missing, can't be read, or lacks a field.
     """
     try:
         return decode_whole(path.read_bytes(), record, may_lack=may_lack)

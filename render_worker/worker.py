@@ -22,8 +22,8 @@ from protocol.packing.packing import pack
 from protocol.region import Region
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import add_security_options, security_of
+from protocol.server.registration_settings import ADVERTISE_HELP, RegistrationSettings, registration_of
 from protocol.server.server import Handlers, serve
-from protocol.server.worker_registration import ADVERTISE_HELP, WorkerRegistration, registration_of
 from protocol.system.exit_code import ExitCode, logged_exit_code_of
 from protocol.system.logs import configure
 from protocol.telemetry.endpoint import Endpoint, add_http_options, endpoint_of
@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         run(
             _config(options),
             options.bind,
-            membership=registration_of(options),
+            registration=registration_of(options),
             failpoint=failpoint_of(os.environ),
             security=security_of(options, os.environ),
             http=endpoint_of(options, os.environ),
@@ -77,7 +77,7 @@ def run(
     config: RunConfig,
     bind: str,
     *,
-    membership: WorkerRegistration | None = None,
+    registration: RegistrationSettings | None = None,
     failpoint: Failpoint = no_failpoint,
     security: Security = LOCAL_ONLY,
     http: Endpoint | None = None,
@@ -107,7 +107,7 @@ def run(
             capabilities=capabilities,
             concurrency=config.render.prefetch,
             timeouts=Timeouts.from_config(config.timeouts),
-            membership=membership,
+            registration=registration,
             failpoint=failpoint,
             security=security,
             observer=observer,
@@ -123,7 +123,8 @@ def draw(request: Render, renderer: Renderer) -> Frame:
     """
     area = request.region or Region.seen_by(request.camera.intrinsics)
     require_picture_travels(area.width, area.height)
-    frame, begun = renderer.render(request), time.perf_counter()
+    frame = renderer.render(request.scene, request.camera, region=request.region, truth=request.truth)
+    begun = time.perf_counter()
     packed = pack(frame, request.encoding)
     if packed is frame:
         return frame
@@ -143,4 +144,4 @@ def warm_up(renderer: Renderer) -> None:
     """Draw once, so that shaders are compiled before the first request waits for them."""
     view = CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0))
     camera = Camera(view, Intrinsics.from_horizontal_fov(64, 48, 70.0))
-    renderer.render(Render(scene=sample_scene(0, "train"), camera=camera))
+    renderer.render(sample_scene(0, "train"), camera)

@@ -1,4 +1,4 @@
-"""`vantage/Hover-v0`: fly to where a person's pose is seen with certainty (seed, section 4.3)."""
+"""`vantage/Hover-v0`: fly to where a person's pose is seen with certainty (thesis, section 4.3)."""
 
 from typing import Any, SupportsIndex
 
@@ -24,6 +24,20 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
     Observation (111,): 54 filtered joint coordinates, 54 posterior variances, the drone's position, in m and m².
     Action (3,): velocity in the world frame, in [-1, 1] m/s, flown for `step_duration`.
     An episode is a function of its seed: `reset(seed=s)` always gives the same scene, start and first observation.
+
+    >>> from agent.environment.hover import Hover
+    >>> from agent.environment.sensor import RemoteSensor
+    >>> from protocol import Pool
+    >>> from protocol.messages import Role
+    >>> with (
+    ...     Pool(["ipc://render-0"], role=Role.AGENT, serves=Role.RENDER) as renderers,
+    ...     Pool(["ipc://perception-0"], role=Role.AGENT, serves=Role.PERCEPTION) as perceivers,
+    ... ):
+    ...     hover = Hover(RemoteSensor(renderers, perceivers))
+    ...     observation, info = hover.reset(seed=7)
+    ...     observation, reward, terminated, truncated, info = hover.step(hover.action_space.sample())
+    >>> observation.shape, info["length"]
+    ((111,), 1)
     """
 
     metadata = {"render_modes": []}

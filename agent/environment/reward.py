@@ -1,4 +1,4 @@
-"""The reward of a step (seed, section 4.3.1).
+"""The reward of a step (thesis, section 4.3.1).
 
 Early in an episode the filter's uncertainty falls whatever the drone does, so the way to the point in front of the
 person counts as well; by the last step only the uncertainty does.

@@ -37,7 +37,7 @@ def action_space() -> Box[np.float32]:
 def observed(flight: Flight) -> Float32Array:
     """(111,) what the policy sees: 54 filtered coordinates, 54 posterior variances, the drone's position.
 
-    In m and m², cut to the observation space's bounds. Source: seed, section 4.3.1.
+    In m and m², cut to the observation space's bounds. Source: thesis, section 4.3.1.
     """
     seen = np.concatenate([flight.filter.mean.ravel(), flight.filter.variance.ravel(), flight.position])
     return np.minimum(np.maximum(seen, _LOWEST), _HIGHEST).astype(np.float32)

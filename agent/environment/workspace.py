@@ -1,4 +1,4 @@
-"""The space that the drone may fly in, and how it moves there (seed, sections 4.3.1 and 4.3.4).
+"""The space that the drone may fly in, and how it moves there (thesis, sections 4.3.1 and 4.3.4).
 
 Around the person stands a cylinder that is kept out of, not a sphere: it also rules out flying over somebody's head,
 where a fall or the downwash would hit them and where the camera, always turned to the person, would look straight down.

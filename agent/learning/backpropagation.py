@@ -41,9 +41,16 @@ class _Layer(Struct, frozen=True, eq=False):
 class Backpropagation:
     """One network's: `forward` keeps what `backward` needs, which may be asked once or not at all.
 
-    >>> forward_and_back = Backpropagation(layers(93, (128, 128), 6))
-    >>> outputs = forward_and_back.forward(features)
-    >>> forward_and_back.backward(2 * (outputs - wanted))  # of the squared error; the parameters have a `grad` now
+    >>> import torch
+    >>> from agent.learning.backpropagation import Backpropagation
+    >>> from agent.learning.networks import layers
+    >>> net, features, wanted = layers(93, (128, 128), 6), torch.zeros(256, 93), torch.ones(256, 6)
+    >>> forward_and_back = Backpropagation(net)
+    >>> with torch.no_grad():
+    ...     outputs = forward_and_back.forward(features)
+    ...     forward_and_back.backward(2 * (outputs - wanted))  # of the squared error
+    >>> net[0].weight.grad.shape
+    torch.Size([128, 93])
 
     Works without autograd: call it under `torch.no_grad` or `torch.inference_mode`.
     """

@@ -66,7 +66,7 @@ def random(config: EnvironmentConfig, flight: Flight) -> Float64Array:
 
 
 def circle(config: EnvironmentConfig, flight: Flight) -> Float64Array:
-    """Around the person at the distance of the front point, counter-clockwise. Source: seed, section 4.1.1."""
+    """Around the person at the distance of the front point, counter-clockwise. Source: thesis, section 4.1.1."""
     x, y = np.array(flight.position[:2]) - flight.scene.position
     ahead = math.atan2(y, x) + MAX_SPEED * config.step_duration / config.front_distance
     goal_x = flight.scene.position[0] + config.front_distance * math.cos(ahead)

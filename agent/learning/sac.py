@@ -1,4 +1,4 @@
-"""Soft actor-critic (seed, section 4.3.2) on skrl's agent, with a loop, a policy and a checkpoint of our own.
+"""Soft actor-critic (thesis, section 4.3.2) on skrl's agent, with a loop, a policy and a checkpoint of our own.
 
 skrl's trainers always begin at step 0 and its checkpoints leave out the entropy coefficient, the replay memory and the
 random generators; here `state` has all of them but the transitions, which `recall` puts back.

@@ -12,7 +12,6 @@ from orchestrator.pictures.view import camera_at
 from protocol.camera import Camera
 from protocol.config import RunConfig
 from protocol.frame import Frame
-from protocol.messages import Render
 from protocol.scene import Scene
 from render_worker.assets import assets_path, load_assets
 from render_worker.opengl import OpenGlRenderer
@@ -38,10 +37,9 @@ def rendered(renderer: OpenGlRenderer, count: int) -> tuple[list[Frame], list[Fr
     """The first frame of every scene, which also uploads it, and then every view."""
     first, found = list[Frame](), list[Frame]()
     for number, (scene, camera) in enumerate(views(count)):
-        request = Render(scene=scene, camera=camera)
         if number % VIEWS == 0:
-            first.append(renderer.render(request))
-        found.append(renderer.render(request))
+            first.append(renderer.render(scene, camera))
+        found.append(renderer.render(scene, camera))
     return first, found
 
 
@@ -51,14 +49,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     cv2.setNumThreads(1)
     config = RunConfig().render
     with closing(OpenGlRenderer(load_assets(assets_path(config.bodies)), threads=config.threads)) as renderer:
-        # Asked before anything is drawn: afterwards the thread has no current context that could tell.
-        device = renderer.device
         first, found = rendered(renderer, options.count)
     arrays = {"rgb": np.stack([one.rgb for one in found]), "depth": np.stack([one.depth for one in found])}
     hand_over(
         Measured(
-            device=device,
-            on_gpu=not any(name in device.lower() for name in SOFTWARE),
+            device=renderer.device,
+            on_gpu=not any(name in renderer.device.lower() for name in SOFTWARE),
             seconds={
                 "render, first of a scene": [one.timings["render"] for one in first],
                 "render": [one.timings["render"] for one in found],

@@ -16,7 +16,7 @@ from orchestrator.monitoring.live_display import Display, Snapshot
 from orchestrator.supervision.heartbeat import Health
 from orchestrator.supervision.registry import Registry, serve_registry
 from protocol.messages import Dismiss, Dismissed, Register, Registered, Role, WorkerRecord
-from protocol.observer import NOBODY, Observer
+from protocol.observer import NO_OBSERVER, Observer
 from protocol.security import LOCAL_ONLY, Security
 from protocol.server.server import Handlers
 from protocol.system.stop_request import StopRequest
@@ -86,7 +86,7 @@ class HostOrder(Struct, frozen=True, kw_only=True):
     timeouts: Timeouts = DEFAULT_TIMEOUTS
 
 
-def host(order: HostOrder, *, display: Display, stop: StopRequest, observer: Observer = NOBODY) -> None:
+def host(order: HostOrder, *, display: Display, stop: StopRequest, observer: Observer = NO_OBSERVER) -> None:
     """Serve until `stop` is asked, or until the runs are done and the workers have ended.
 
     Raises:

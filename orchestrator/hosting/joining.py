@@ -21,7 +21,7 @@ from protocol.incarnation import new_incarnation
 from protocol.messages import AT_WORK, Dismiss, Role, State, WorkerRecord
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.options import KEY_VARIABLE, security_from
-from protocol.server.membership import Membership
+from protocol.server.registration import Registration
 from protocol.system.stop_request import StopRequest
 from protocol.timeouts import Timeouts
 from protocol.transport.address import host_of
@@ -92,7 +92,7 @@ class JoinedHost:
         record = WorkerRecord(
             role=Role.AGENT, address="", incarnation=join.incarnation, state=State.READY, name=run, pid=os.getpid()
         )
-        self._membership = Membership(
+        self._registration = Registration(
             join.address,
             describe=lambda: record,
             # Never called, since `grace` never ends: `check` reports a host that is gone, and the startup clock a host
@@ -102,7 +102,7 @@ class JoinedHost:
             security=join.security,
         )
         for role in NEEDED:
-            self._membership.lookup(role)
+            self._registration.lookup(role)
 
     def __enter__(self) -> Self:
         return self
@@ -110,15 +110,15 @@ class JoinedHost:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        self._membership.close()
+        self._registration.close()
 
     def lookup(self, role: Role) -> tuple[WorkerRecord, ...]:
         """The workers of a role in the host's table, as of its last reply. Agents of other runs are not listed."""
-        return self._membership.lookup(role) if role in NEEDED else ()
+        return self._registration.lookup(role) if role in NEEDED else ()
 
     def follow(self, pool: Pool, role: Role) -> None:
         """Keep a pool's addresses equal to those in the host's table."""
-        self._membership.follow(pool, role)
+        self._registration.follow(pool, role)
 
     def lacks(self, role: Role) -> bool:
         """Whether the run needs workers of a role, and none can work."""
@@ -131,7 +131,7 @@ class JoinedHost:
 
     def check(self) -> None:
         """Raise `HostLost` if the host has been silent for so long that its workers end."""
-        contact = self._membership.contact
+        contact = self._registration.contact
         if contact.silence >= self._grace:
             raise HostLost(
                 f"the host at {self._address} has not answered for {self._grace:g} s (timeouts.grace), after which its "
@@ -144,7 +144,7 @@ class JoinedHost:
         Raises:
             NotPermitted, VersionMismatch, WrongRole: the host refuses us.
         """
-        contact = self._membership.contact
+        contact = self._registration.contact
         if isinstance(contact.trouble, _HOPELESS):
             raise contact.trouble
         if not contact.ever:

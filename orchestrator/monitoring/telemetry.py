@@ -12,12 +12,12 @@ from msgspec import Struct
 from orchestrator.monitoring.live_display import Display, Snapshot
 from orchestrator.monitoring.standings import standings_by_role
 from protocol.messages import Pong, Role
-from protocol.observer import NOBODY, Finished, Observed, Observer, Turning
+from protocol.observer import NO_OBSERVER, Finished, Observed, Observer, Turning
 from protocol.telemetry.endpoint import Endpoint
 from protocol.telemetry.info import About, Info, info
 from protocol.telemetry.process import needs_libraries
 from protocol.telemetry.readiness import Wait, waits_for_any
-from protocol.telemetry.worker import WatchedWorker, server_telemetry
+from protocol.telemetry.worker import ObservedWorker, server_telemetry
 
 STALE = 5.0
 """Seconds without a snapshot, after which the state of the processes counts as unknown."""
@@ -33,7 +33,7 @@ class WatchedRun:
 
     def __init__(self, about: About, display: Display, clock: Callable[[], float] = time.monotonic) -> None:
         self.snapshot: Snapshot | None = None
-        self.count: Callable[[Finished], None] = NOBODY.finished
+        self.count: Callable[[Finished], None] = NO_OBSERVER.finished
         self._about = about
         self._display = display
         self._clock = clock
@@ -95,7 +95,7 @@ class Monitors(Struct, frozen=True, eq=False):
     """The display of a run, and the observer of its registry."""
 
     display: Display
-    registry: Observer = NOBODY
+    registry: Observer = NO_OBSERVER
 
 
 @contextmanager
@@ -127,7 +127,7 @@ def host_telemetry(at: Endpoint | None, bind: str, display: Display) -> Generato
     with needs_libraries():
         from orchestrator.monitoring.metrics import ProcessCollector
     about = About(role=Role.ORCHESTRATOR, name="host", serves=(bind,))
-    watched, shown = WatchedWorker(about, {}), LastShown(display)
+    watched, shown = ObservedWorker(about, {}), LastShown(display)
     with server_telemetry(at, watched, {}) as registry:
         registry.register(ProcessCollector(lambda: shown.snapshot))
         yield Monitors(shown, watched)

@@ -102,20 +102,20 @@ def module_command(module: str, *arguments: str) -> tuple[str, ...]:
 
 def _worker(name: str, role: Role, module: str, sockets: Path, options: tuple[str, ...]) -> Launch:
     address = f"ipc://{sockets}/{name}"
-    command = module_command(module, "--bind", address, *_membership(name, sockets), *options)
+    command = module_command(module, "--bind", address, *_registration(name, sockets), *options)
     return Launch(name=name, role=role, command=command, address=address)
 
 
 def _agent(activity: str, name: str, run: Path, workers: Sequence[Launch], sockets: Path) -> tuple[str, ...]:
     # Absolute: a run has the same command in any current directory, and so an orchestrator finds its orphans.
     return (
-        *module_command("agent", activity, "--run", str(run.resolve()), *_membership(name, sockets)),
+        *module_command("agent", activity, "--run", str(run.resolve()), *_registration(name, sockets)),
         *_repeated("--render", addresses(workers, Role.RENDER)),
         *_repeated("--perception", addresses(workers, Role.PERCEPTION)),
     )
 
 
-def _membership(name: str, sockets: Path) -> tuple[str, ...]:
+def _registration(name: str, sockets: Path) -> tuple[str, ...]:
     """The options by which a process registers with the run's orchestrator, and learns that it is gone."""
     return "--orchestrator", registry_address(sockets), "--name", name
 

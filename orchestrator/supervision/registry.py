@@ -10,7 +10,7 @@ from typing import Protocol
 from msgspec import Struct
 
 from protocol.messages import Lookup, Register, Registered, Role, WorkerRecord, Workers
-from protocol.observer import NOBODY, Observer
+from protocol.observer import NO_OBSERVER, Observer
 from protocol.security import LOCAL_ONLY, Security
 from protocol.server.server import Handlers, serve
 from protocol.timeouts import Timeouts
@@ -132,7 +132,7 @@ def serve_registry(
     registry: Table,
     address: str,
     timeouts: Timeouts,
-    observer: Observer = NOBODY,
+    observer: Observer = NO_OBSERVER,
     security: Security = LOCAL_ONLY,
 ) -> Generator[Callable[[], None]]:
     """Serve a registry at an address, in a thread of its own; `observer` is told of its requests.

@@ -1,1 +1,1 @@
-"""The side that asks: clients of one worker and of several, their connections and calls."""
+"""The client's side: clients of one worker and of several, with their connections and calls."""

@@ -1,7 +1,7 @@
-"""What a client of one worker and a pool of several have in common: calls go in, futures come out.
+"""What `Client` and `Pool` have in common: calls go in, futures come out.
 
-Sockets and the thread behind them belong to one process. In a process that is forked from it, or that a client is sent
-to as a pickle (`spawn`, `forkserver`), connections are made anew with the first call there.
+Sockets and their I/O thread belong to one process. A process that was forked from it, or that received the client as a
+pickle (`spawn`, `forkserver`), opens connections of its own with its first call.
 """
 
 import os
@@ -35,7 +35,7 @@ _ANSWERED_IN_ANY_STATE = (Hello, Ping, Drain)
 
 
 class Caller:
-    """Makes calls to workers; may be used from any number of threads."""
+    """Calls workers. May be used by any number of threads."""
 
     def __init__(
         self,
@@ -66,32 +66,33 @@ class Caller:
 
     @property
     def statistics(self) -> Statistics:
-        """What was counted so far: late replies, retries, losses."""
+        """The counts so far: late replies, retries, losses, malformed messages."""
         return self._dispatcher.statistics
 
     def call(self, request: Request[ReplyT], *, deadline: float | None = None) -> ReplyT:
-        """Ask, and wait for the answer. The request is pure, so it is sent again as often as it takes.
+        """Send a request, and wait for its reply. Requests are pure, so one that is lost is sent again.
 
         Args:
-            request: what is asked. Its arrays are not copied: leave them as they are until the call is over.
-            deadline: seconds from now, `timeouts.call` where none is given; inside a handler, never more than is left
-                of the request that it answers.
+            request: its arrays are not copied; do not change them until the call has ended.
+            deadline: seconds from now; `timeouts.call` by default. Inside a handler, the deadline of the request that
+                the handler answers counts if it is sooner.
 
         Raises:
             DeadlineExceeded, WorkerLost, Rejected, ClientClosed: see `protocol.errors`.
-            VersionMismatch, WrongRole: the worker at the address is not one to talk to.
-            NotPermitted: it does not take our key.
-            MalformedMessage: it answered with something else than this request's reply.
-            InvalidInput, LimitExceeded: the request itself can't be sent.
+            VersionMismatch: the worker shares no version of the protocol with this process.
+            WrongRole: the worker serves another role.
+            NotPermitted: the worker does not take our key.
+            MalformedMessage: the worker did not answer with this request's reply.
+            InvalidInput, LimitExceeded: the request can't be sent.
         """
         return self.submit(request, deadline=deadline).result()
 
     def submit(self, request: Request[ReplyT], *, deadline: float | None = None) -> Pending[ReplyT]:
-        """Ask, and go on; the future ends as `call` would."""
+        """Send a request and return at once; the future ends as `call` would."""
         return self._submit(request, deadline, None, at_once=isinstance(request, _ANSWERED_IN_ANY_STATE))
 
     def map(self, requests: Iterable[Request[ReplyT]], *, deadline: float | None = None) -> Iterator[ReplyT]:
-        """Answers in the order of the requests, of which `limits.under_way` are under way to each worker."""
+        """The replies in the order of the requests, of which `limits.under_way` are under way to each worker."""
         under_way: deque[Pending[ReplyT]] = deque()
         try:
             for request in requests:
@@ -105,9 +106,9 @@ class Caller:
                 pending.cancel()
 
     def close(self) -> None:
-        """End what is under way with `ClientClosed`, and give sockets and threads back.
+        """End the calls under way with `ClientClosed`, and close sockets and the I/O thread.
 
-        In a process that was forked with it, only for that process.
+        In a forked process, this closes the client in that process only.
         """
         self._closed = True
         if self._is_inherited:
@@ -117,10 +118,10 @@ class Caller:
         self._release_context()
 
     def __reduce__(self) -> tuple[Callable[[], Self], tuple[()]]:
-        """As it was made: where it is taken out of a pickle, it makes connections of its own.
+        """Pickle the arguments only; the unpickled client opens connections of its own.
 
         Raises:
-            NotPermitted: it speaks under a secret key, which is in no pickle.
+            NotPermitted: it has a secret key, which must not be pickled.
         """
         if self._security.credentials is not None:
             raise NotPermitted("a client with a secret key can't be sent to another process; make one there")
@@ -135,7 +136,7 @@ class Caller:
         self.close()
 
     def _arguments(self) -> dict[str, Any]:
-        """What makes another one like it."""
+        """The arguments that make an equal client."""
         return {
             "role": self._role,
             "serves": self._serves,
@@ -146,23 +147,23 @@ class Caller:
 
     @property
     def _is_inherited(self) -> bool:
-        """Whether its connections are those of the process that this one was forked from."""
+        """Whether the connections belong to the process that this one was forked from."""
         return self._process != os.getpid()
 
     @property
     def _dispatcher(self) -> Dispatcher:
-        """The one of this process."""
+        """The dispatcher of this process."""
         if self._is_inherited and not self._closed:
-            self._open_anew()
+            self._reopen()
         return self._opened
 
-    def _open_anew(self) -> None:
+    def _reopen(self) -> None:
         with self._opening:
             if self._is_inherited:
                 inherited = self._opened
                 self._opened = self._open(None)
-                if inherited.is_watching:
-                    self._opened.watch()
+                if inherited.is_monitoring:
+                    self._opened.monitor()
                 inherited.disown()
                 self._process = os.getpid()
 

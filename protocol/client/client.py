@@ -11,18 +11,25 @@ from protocol.transport.sockets import Context
 
 
 class Client(Caller):
-    """Calls one worker. Connecting, and connecting again to a worker that was restarted, goes on by itself.
+    """Calls one worker. The client connects by itself, and reconnects to a worker that was restarted.
+
+    >>> from protocol import Client
+    >>> from protocol.messages import Role, SampleScene
+    >>> with Client("ipc://render-0", role=Role.AGENT, serves=Role.RENDER) as renderer:
+    ...     renderer.wait_ready().role.value
+    ...     scene = renderer.call(SampleScene(seed=7, split="train")).scene
+    'render'
 
     Args:
         address: `tcp://host:port` or `ipc:///path/of/a/socket`.
-        role: what this process is.
-        serves: what the worker must be; none takes any.
-        context: of the process, shared with other sockets; by default the client has its own.
-        security: the keys to speak under; without any, only within this machine.
+        role: the role of this process.
+        serves: the role that the worker must have; None for any.
+        context: the process's ZeroMQ context, to share it with other sockets; by default the client has its own.
+        security: the keys of this process; without keys it calls only workers on this machine.
 
     Raises:
-        AddressUnavailable: `address` is none.
-        NotPermitted: the keys that there are are not enough to speak with a worker there.
+        AddressUnavailable: `address` is not an address.
+        NotPermitted: `security` has no key that a worker at `address` may be called with.
     """
 
     def __init__(
@@ -48,11 +55,12 @@ class Client(Caller):
         """Wait until the worker has started.
 
         Raises:
-            DeadlineExceeded: it has not within `timeouts.startup`.
-            VersionMismatch, WrongRole: it is not one to talk to.
+            DeadlineExceeded: it did not start within `timeouts.startup`.
+            VersionMismatch: it shares no version of the protocol with this process.
+            WrongRole: it serves another role.
         """
         return self._wait_ready(self.address, self._startup_ends())
 
     def ping(self) -> Pong:
-        """How the worker is; answered also while it computes."""
+        """The worker's state; it answers also while a handler computes."""
         return self._ping(self.address)

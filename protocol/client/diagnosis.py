@@ -1,4 +1,4 @@
-"""Why a call got no answer or would get none, in words that say what to do."""
+"""Why a call got no answer, or would get none, as a sentence that says what to do."""
 
 from collections.abc import Sequence
 
@@ -6,6 +6,7 @@ from msgspec import Struct
 
 from protocol.client.call import Call
 from protocol.client.connection import Connection, Phase
+from protocol.client.worker_health import WorkerHealth
 from protocol.errors import CallFailed, DeadlineExceeded, WorkerLost
 from protocol.messages import State
 
@@ -16,8 +17,8 @@ class Standing(Struct, frozen=True, kw_only=True):
     """A worker as its client knows it.
 
     Attributes:
-        at_work: whether it is there, handles requests, and has whoever it needs for that.
-        reason: why not; empty where it does.
+        at_work: whether the worker is connected, handles requests, and has the workers that it needs for them.
+        reason: why it is not at work; empty if it is.
     """
 
     address: str
@@ -27,37 +28,37 @@ class Standing(Struct, frozen=True, kw_only=True):
 
 def standing(connection: Connection) -> Standing:
     """How the worker behind a connection stands."""
-    if connection.is_at_work and not connection.lacks:
+    if connection.is_at_work and not connection.health.lacks:
         return Standing(address=connection.address, at_work=True)
     return Standing(address=connection.address, at_work=False, reason=_absence(connection))
 
 
 def _absence(connection: Connection) -> str:
-    """Why a worker that is not at work is not."""
-    refusal, pong = connection.refusal, connection.health
+    """Why a worker is not at work."""
+    refusal, health = connection.refusal, connection.health
     if connection.phase is Phase.REFUSED and refusal is not None:
         return str(refusal)
     if connection.phase is Phase.GREETING:
         return "it took the connection and has not said Welcome yet"
     if connection.phase is not Phase.OPEN:
         return "there is no connection to it"
-    if connection.suspicion is not None:
-        return str(connection.suspicion)
-    if connection.lacks:
-        return f"it waits for {' and '.join(connection.lacks)}"
-    return "it has not said how it is yet" if pong is None else f"it is {pong.state}"
+    if health.suspicion is not None:
+        return str(health.suspicion)
+    if health.lacks:
+        return f"it waits for {' and '.join(health.lacks)}"
+    return "it has not answered a ping yet" if health.pong is None else f"it is {health.pong.state}"
 
 
 def expiry(call: Call, connections: Sequence[Connection], now: float) -> CallFailed:
-    """The error of a call whose deadline has come; `connections` are those that it could be made on."""
+    """The error of a call whose deadline has passed; `connections` are those on which it could be made."""
     if not connections:
         return DeadlineExceeded(
             f"no worker is known that could answer {call.request}, and none came within {call.timeout:.3g} s; "
             f"is one running? {_STATUS}"
         )
-    holder = next((one for one in connections if call in one.outstanding.values()), None)
+    holder = next((one for one in connections if call in one.held), None)
     tries = f"{call.tries} {'try' if call.tries == 1 else 'tries'}"
-    last = f"; the last one failed: {call.trouble}" if call.trouble else ""
+    last = f"; the last one failed: {call.last_error}" if call.last_error else ""
     if call.losses and holder is None:
         return WorkerLost(
             f"{_names(connections)} was lost while it held {call.request}, and none took it "
@@ -82,18 +83,19 @@ def _hint(connections: Sequence[Connection], now: float) -> str:
     if not greeted:
         return "it took the connection and never said Welcome; is it a Vantage worker?"
     refused = [str(one.refusal) for one in greeted if one.refusal is not None]
-    return refused[0] if len(refused) == len(greeted) else _health(greeted[0], now)
+    return refused[0] if len(refused) == len(greeted) else _health(greeted[0].health, now)
 
 
-def _health(connection: Connection, now: float) -> str:
-    pong = connection.health
-    if pong is None or connection.heard is None:
+def _health(health: WorkerHealth, now: float) -> str:
+    pong = health.pong
+    if pong is None or health.heard is None:
         return f"it has not answered a ping since it was connected. {_STATUS}"
     if pong.state is State.STARTING:
         return "it is still starting; allow it more time (timeouts.startup)"
-    if connection.suspicion is not None:
-        return f"{connection.suspicion}, and was heard {now - connection.heard:.1f} s ago; does it hang? {_STATUS}"
+    silence = now - health.heard
+    if health.suspicion is not None:
+        return f"{health.suspicion}, and was heard {silence:.1f} s ago; does it hang? {_STATUS}"
     return (
-        f"it was heard {now - connection.heard:.1f} s ago, {pong.state}, with {pong.queue_depth} requests in hand "
+        f"it was heard {silence:.1f} s ago, {pong.state}, with {pong.queue_depth} requests in hand "
         f"and {pong.progress} answered; allow it more time (timeouts.call) or start more workers. {_STATUS}"
     )

@@ -1,7 +1,7 @@
-"""The thread behind a client: it waits on the sockets, gives each call to a worker, and sees that each call ends.
+"""A client's I/O thread: it polls the sockets, sends each call to a worker, and makes sure that each call ends.
 
-A call waits here until a worker can take it, goes to the one with the fewest calls in hand, comes back when that worker
-is lost or refuses it for the moment, and goes out again, until it is answered or its deadline has come.
+A call waits here until a worker can take it, and is sent to the worker that holds the fewest calls. If that worker is
+lost or refuses the call for the moment, it is sent again, until it is answered or its deadline has passed.
 """
 
 import contextlib
@@ -31,13 +31,13 @@ _log = logging.getLogger(__name__)
 
 
 class Statistics(Struct, frozen=True, kw_only=True):
-    """What a client has counted since it was opened.
+    """A client's counts since it was opened.
 
     Attributes:
-        late_replies: replies to calls that were over, or had been sent again; they were dropped.
-        retries: calls that were sent again, for whatever reason.
+        late_replies: replies to calls that had ended or were sent again; they were dropped.
+        retries: calls that were sent again, for any reason.
         losses: calls that were lost with their worker, or taken from one that hangs.
-        malformed: what came and was no message.
+        malformed: messages that could not be decoded.
     """
 
     late_replies: int = 0
@@ -47,7 +47,7 @@ class Statistics(Struct, frozen=True, kw_only=True):
 
 
 class Dispatcher:
-    """Runs until `close`; every call that was submitted ends with a reply or a typed error."""
+    """Runs until `close`; every submitted call ends with a reply or a typed error."""
 
     def __init__(
         self, connections: Sequence[Connection], *, name: str, timeouts: Timeouts, clock: Callable[[], float]
@@ -60,11 +60,11 @@ class Dispatcher:
         self._waiting: deque[Call] = deque()
         self._timers: list[tuple[float, int, Callable[[Call], None], int]] = []
         self._numbers = itertools.count()
-        # Held by the client's thread while it works, and by one that submits while it sends.
+        # Held by the I/O thread while it works, and by a caller's thread while it sends.
         self._sockets_in_use = threading.Lock()
         self._asleep_until = -math.inf
         self._closing = False
-        self._watching = False
+        self._monitoring = False
         self.turns = 0
         self._over: CallFailed | None = None
         self._retries = 0
@@ -77,33 +77,33 @@ class Dispatcher:
     def submit(self, call: Call) -> None:
         """Take a call, which ends by its deadline, or with `ClientClosed`. May be called from any thread."""
         self._mailbox.put_or_handle(call, self._sockets_in_use, self._send_from_here)
-        # The thread may have ended meanwhile, and looked into the mailbox for the last time.
+        # The I/O thread may have ended meanwhile, after it took the last items of the mailbox.
         if self._over is not None:
             self._fail_unread()
 
     def add(self, connect: Callable[[], Connection]) -> None:
-        """Give calls to one more worker, on the connection that `connect` opens. May be called from any thread."""
+        """Add a worker, on the connection that `connect` opens. May be called from any thread."""
         self._mailbox.put(lambda: self._add(connect))
 
     def remove(self, address: str) -> None:
-        """Give no more calls to a worker, and those that it holds to others. May be called from any thread."""
-        self._mailbox.put(lambda: self._leave(address))
+        """Remove a worker, and send the calls that it holds to others. May be called from any thread."""
+        self._mailbox.put(lambda: self._drop(address))
 
     def close(self) -> None:
-        """End every call that is under way with `ClientClosed`, and the thread."""
+        """End every call under way with `ClientClosed`, and end the I/O thread."""
         self._mailbox.put(self._stop)
         self._thread.join()
         self._mailbox.close()
 
     def disown(self) -> None:
-        """In a process that was forked: end it here. Its thread and its sockets are the other process's, and go on."""
+        """Close it in a forked process; the thread and the sockets belong to the parent process, where they stay."""
         self._over = ClientClosed("the client is closed")
         self._mailbox.close()
 
     @property
-    def is_watching(self) -> bool:
+    def is_monitoring(self) -> bool:
         """Whether workers are pinged also while they hold no calls."""
-        return self._watching
+        return self._monitoring
 
     @property
     def statistics(self) -> Statistics:
@@ -116,29 +116,29 @@ class Dispatcher:
         )
 
     def wake(self) -> None:
-        """Have the thread take a turn, which `turns` counts."""
-        self._mailbox.ring()
+        """Make the I/O thread take a turn, which `turns` counts."""
+        self._mailbox.wake()
 
-    def watch(self) -> None:
+    def monitor(self) -> None:
         """Ping the workers also while they hold no calls, from now on. May be called from any thread."""
-        self._mailbox.put(self._watch)
+        self._mailbox.put(self._monitor)
 
     def standings(self) -> tuple[Standing, ...]:
-        """How each worker stands, as of what was heard of it last. May be called from any thread."""
+        """How each worker stands, by its last messages. May be called from any thread."""
         return tuple(standing(connection) for connection in tuple(self._connections))
 
     def _send_from_here(self) -> None:
-        """Admit what was submitted, in the place of the client's thread, which is woken if that changes its plans."""
+        """Send the submitted calls in the caller's thread, and wake the I/O thread if it has to wait otherwise now."""
         if self._over is not None:
             return
         try:
             other_sockets = self._admit()
         except Exception as error:
-            # It is that thread's failure all the same, and ends every call.
+            # It ends the I/O thread, and with it every call, as if that had sent.
             self._mailbox.put(partial(_raise, error))
             return
         if other_sockets or self._due() < self._asleep_until or self._has_input():
-            self._mailbox.ring()
+            self._mailbox.wake()
 
     def _run(self) -> None:
         over = ClientClosed("the client is closed")
@@ -149,8 +149,8 @@ class Dispatcher:
                 self.turns += 1
         except Exception as error:
             # Without this thread no call would ever end.
-            _log.exception("the client's thread has failed")
-            over = ClientClosed(f"the client's thread has failed: {error!r}")
+            _log.exception("the client's I/O thread failed")
+            over = ClientClosed(f"the client's I/O thread failed: {error!r}")
         finally:
             with self._sockets_in_use:
                 self._end(over)
@@ -165,11 +165,11 @@ class Dispatcher:
         woken = wait_for_input(descriptors, patience)
         with self._sockets_in_use:
             if self._mailbox.fileno() in woken:
-                self._mailbox.hear()
+                self._mailbox.clear_wakeups()
                 self._admit()
             for connection in self._connections:
                 self._attend(connection)
-            self._relieve_suspects()
+            self._move_calls_from_suspects()
             self._run_timers()
             self._send_waiting()
 
@@ -178,19 +178,19 @@ class Dispatcher:
             self._settle(connection, answer)
         for call in connection.take_lost():
             self._lose(call)
-        connection.tend()
+        connection.maintain()
 
     def _has_input(self) -> bool:
         return any(has_input(socket) for connection in self._connections for socket in connection.sockets)
 
     def _due(self) -> float:
-        """When there is something to do next, if nothing comes."""
+        """When there is something to do next, without any input."""
         due = [connection.due for connection in self._connections]
         due.append(self._timers[0][0] if self._timers else None)
         return min((when for when in due if when is not None), default=math.inf)
 
     def _admit(self) -> bool:
-        """Take what is in the mailbox; returns whether the sockets may be others since."""
+        """Take the items of the mailbox; returns whether connections may have been added or removed."""
         other_sockets = False
         for item in self._mailbox.take():
             if not isinstance(item, Call):
@@ -200,7 +200,7 @@ class Dispatcher:
             item.number = next(self._numbers)
             self._calls[item.number] = item
             self._at(item.deadline, self._expire, item)
-            # A worker would refuse it, and might do so before its time is up here.
+            # A worker would refuse it, perhaps before it has expired here.
             late = item.deadline <= self._clock()
             self._expire(item) if late else self._dispatch(item)
         return other_sockets
@@ -208,10 +208,10 @@ class Dispatcher:
     def _stop(self) -> None:
         self._closing = True
 
-    def _watch(self) -> None:
-        self._watching = True
+    def _monitor(self) -> None:
+        self._monitoring = True
         for connection in self._connections:
-            connection.watched = True
+            connection.is_monitored = True
 
     def _add(self, connect: Callable[[], Connection]) -> None:
         try:
@@ -219,10 +219,10 @@ class Dispatcher:
         except VantageError as error:
             _log.warning("can't connect to a worker: %s", error)
             return
-        connection.watched = self._watching
+        connection.is_monitored = self._monitoring
         self._connections.append(connection)
 
-    def _leave(self, address: str) -> None:
+    def _drop(self, address: str) -> None:
         for connection in [one for one in self._connections if one.address == address]:
             self._connections.remove(connection)
             left = connection.retire()
@@ -257,7 +257,7 @@ class Dispatcher:
 
     def _send_waiting(self) -> None:
         waiting, self._waiting = self._waiting, deque()
-        # First those that are answered at once, since they also go where no other call is taken.
+        # Calls that are answered at once come first: a worker that takes no other calls takes those.
         while waiting and (
             waiting[0].at_once or any(one.takes_calls or one.phase is Phase.REFUSED for one in self._connections)
         ):
@@ -267,8 +267,8 @@ class Dispatcher:
     def _settle(self, connection: Connection, answer: Answer) -> None:
         call, reply, header = answer
         if isinstance(reply, Failure) and reply.retryable:
-            call.shunned = connection.address
-            call.trouble = f"{reply.code}: {reply.message}"
+            call.refused_by = connection.address
+            call.last_error = f"{reply.code}: {reply.message}"
             self._at(self._clock() + self._timeouts.backoff(call.tries), self._dispatch, call)
             return
         self._remove(call)
@@ -283,7 +283,7 @@ class Dispatcher:
             call.fail(MalformedMessage(mistake), self._clock())
 
     def _lose(self, call: Call) -> None:
-        """Send it again at once; later each time, if it loses one worker after another."""
+        """Send a lost call again: at once the first time, and after a growing pause when it is lost again."""
         call.losses += 1
         self._losses += 1
         if call.losses == 1:
@@ -291,18 +291,18 @@ class Dispatcher:
         else:
             self._at(self._clock() + self._timeouts.backoff(call.losses - 1), self._dispatch, call)
 
-    def _relieve_suspects(self) -> None:
-        """Give what a worker holds that hangs to others; while there are none, it may still answer."""
+    def _move_calls_from_suspects(self) -> None:
+        """Send the calls of a worker that hangs to others, if another takes calls; otherwise it may still answer."""
         for suspect in self._connections:
-            if suspect.suspicion is not None and any(one.takes_calls for one in self._connections):
-                for call in suspect.take_back():
-                    call.trouble = f"{suspect.name} was given up: {suspect.suspicion}"
+            if suspect.health.suspicion is not None and any(one.takes_calls for one in self._connections):
+                for call in suspect.take_movable():
+                    call.last_error = f"{suspect.name} hangs: {suspect.health.suspicion}"
                     self._lose(call)
 
     def _give_up(self, call: Call) -> None:
-        """End a call to a worker that is none of ours any more."""
+        """End a call to a worker that was removed."""
         self._remove(call)
-        call.fail(WorkerLost(f"{call.target} was let go before it answered {call.request}"), self._clock())
+        call.fail(WorkerLost(f"{call.target} was removed before it answered {call.request}"), self._clock())
 
     def _expire(self, call: Call) -> None:
         self._remove(call)
@@ -319,7 +319,7 @@ class Dispatcher:
         self._calls.pop(call.number, None)
 
     def _at(self, when: float, action: Callable[[Call], None], call: Call) -> None:
-        # By number, not by the call itself: a timer outlives most calls, and a call holds its arrays.
+        # By number and not by the call: a timer outlives most calls, and a call holds its arrays.
         heapq.heappush(self._timers, (when, next(self._numbers), action, call.number))
 
     def _run_timers(self) -> None:
@@ -348,10 +348,10 @@ def _raise(error: Exception) -> None:
 
 
 def _reluctance(connection: Connection, call: Call) -> tuple[bool, bool, int, float]:
-    """Smallest for the connection that the call should go to."""
+    """A sort key, smallest for the connection that the call should be sent on."""
     return (
-        call.shunned == connection.address,
-        bool(connection.lacks),
-        len(connection.outstanding),
+        call.refused_by == connection.address,
+        bool(connection.health.lacks),
+        len(connection.held),
         connection.used,
     )

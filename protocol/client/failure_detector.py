@@ -1,7 +1,7 @@
-"""Whether a worker lives and gets on, told from its answers to pings.
+"""Whether a worker is alive and makes progress, told by its answers to pings.
 
-Both clocks count pings and not seconds, so that a client which stood still itself does not take its own pause for the
-worker's: however long it was, only one ping went unanswered.
+Both timeouts are counted in pings, not in seconds. So a client that was stopped itself does not take its own pause for
+the worker's: however long the pause was, only one ping went unanswered.
 """
 
 import math
@@ -14,18 +14,18 @@ _FEWEST = 2
 
 
 class Suspicion(StrEnum):
-    """What speaks against a worker that its connection says nothing about."""
+    """Why a worker gets no calls although its connection stands."""
 
     SILENT = "it answers no pings"
     STUCK = "it answers pings, and none of its requests"
 
 
 class FailureDetector:
-    """Counts what a worker leaves unanswered.
+    """Counts the pings that a worker does not answer, and those between which it answers no call.
 
     Args:
-        heartbeat: seconds between two pings, as both sides have agreed.
-        timeouts: how long `liveness` and `progress` are; never less than two pings.
+        heartbeat: seconds between two pings, as both sides agreed.
+        timeouts: `liveness` and `progress` count, as two pings at least.
     """
 
     def __init__(self, heartbeat: float, timeouts: Timeouts) -> None:
@@ -37,18 +37,18 @@ class FailureDetector:
         self._progress: int | None = None
 
     def asked(self) -> None:
-        """A ping goes out; a heartbeat ago there was another, or nothing to ask for."""
+        """A ping is sent, a heartbeat after the one before."""
         self._unanswered += 1
-        # Here and not with each pong: a worker that was stopped answers all pings at once when it goes on.
+        # Here and not with each pong: a worker that was stopped answers all pings at once when it continues.
         self._unmoved += self._stood_still
         self._stood_still = False
 
     def heard(self) -> None:
-        """Something came from the worker."""
+        """A message came from the worker."""
         self._unanswered = 0
 
     def answered(self, pong: Pong, *, holds_calls: bool) -> None:
-        """It said how it is; while it holds calls its progress counter has to move."""
+        """The worker answered a ping; while it holds calls, its progress counter has to move."""
         if pong.progress != self._progress:
             self._progress = pong.progress
             self.moved()
@@ -56,13 +56,13 @@ class FailureDetector:
             self._stood_still = True
 
     def moved(self) -> None:
-        """It answered a call, which tells as much as its counter."""
+        """The worker answered a call, which proves progress as its counter does."""
         self._unmoved = 0
         self._stood_still = False
 
     @property
     def suspicion(self) -> Suspicion | None:
-        """What speaks against the worker now."""
+        """Why the worker should get no calls now; None if it should."""
         if self._unanswered > self._silent_after:
             return Suspicion.SILENT
         return Suspicion.STUCK if self._is_stuck else None

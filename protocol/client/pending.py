@@ -1,4 +1,4 @@
-"""A reply that is under way, and where its time went."""
+"""The future of a reply, and the time that its call took."""
 
 import os
 from concurrent.futures import Future, InvalidStateError
@@ -10,7 +10,7 @@ from protocol.message import ReplyT
 
 
 class Timing(Struct, frozen=True):
-    """Seconds of one call: `wall` from submit to reply, of which `queue` and `compute` were spent in the worker."""
+    """Seconds of one call: `wall` from submission to reply, of which `queue` and `compute` passed in the worker."""
 
     wall: float
     queue: float = 0.0
@@ -18,14 +18,14 @@ class Timing(Struct, frozen=True):
 
     @property
     def transport(self) -> float:
-        """What is left for coding, sockets, threads, and tries that came to nothing."""
+        """The rest: encoding, sockets, threads, and failed tries."""
         return self.wall - self.queue - self.compute
 
 
 class Pending(Future[ReplyT]):
-    """A future of a reply. It always ends by its call's deadline, with the reply or a typed error.
+    """The future of a reply. It ends by its call's deadline, with the reply or a typed error.
 
-    In a process that is forked meanwhile it ends at once, with `ClientClosed`: nobody there waits for the reply.
+    In a process that is forked meanwhile it ends at once with `ClientClosed`, since no thread there receives the reply.
     """
 
     _timing: Timing | None = None
@@ -38,21 +38,21 @@ class Pending(Future[ReplyT]):
 
     @property
     def timing(self) -> Timing:
-        """Where the time went.
+        """The time that the call took.
 
         Raises:
-            InvalidStateError: the call is not over.
+            InvalidStateError: the call has not ended.
         """
         if self._timing is None:
-            raise InvalidStateError("a call has a timing once it is over")
+            raise InvalidStateError("a call has a timing once it has ended")
         return self._timing
 
     def done(self) -> bool:
-        """Whether it has ended."""
+        """Whether the call has ended."""
         return self._is_inherited or super().done()
 
     def result(self, timeout: float | None = None) -> ReplyT:
-        """The reply, as soon as it is there; raises what the call ended with."""
+        """Wait for the reply; raises the error that the call ended with."""
         if not self._is_inherited:
             return super().result(timeout)
         if self._reply is None:
@@ -60,7 +60,7 @@ class Pending(Future[ReplyT]):
         return self._reply
 
     def exception(self, timeout: float | None = None) -> BaseException | None:
-        """What the call ended with, if not with a reply."""
+        """Wait for the end; the error that the call ended with, or None."""
         if not self._is_inherited:
             return super().exception(timeout)
         return self._inherited_error() if self._reply is None else None
@@ -83,12 +83,12 @@ class Pending(Future[ReplyT]):
     def _is_inherited(self) -> bool:
         """Whether this process was forked from the one that made the call.
 
-        Here the future's own lock may be held for ever, by a thread that there is only there.
+        In this process the future's own lock may never be released: the thread that held it exists only in the other.
         """
         return self._process != os.getpid()
 
     def _inherited_error(self) -> Exception:
         return self._error or ClientClosed(
-            f"the call was made in process {self._process}, of which this one was forked before it was answered; "
-            "make it again here"
+            f"the call was made in process {self._process}, and this process was forked before the reply came; "
+            "make the call again here"
         )

@@ -15,10 +15,19 @@ from protocol.transport.sockets import Context
 
 
 class Pool(Caller):
-    """Spreads calls over workers: each goes to the ready one with the fewest in hand.
+    """Spreads calls over workers: each call goes to the ready worker that holds the fewest.
 
-    What a lost worker held goes to another at once. Workers may come and go while calls are under way; while there is
-    none, calls wait. Arguments and errors are `Client`'s.
+    Calls that a lost worker held are sent to another at once. Workers can be added and removed while calls are under
+    way; without a worker, calls wait. Arguments and errors are those of `Client`.
+
+    >>> from protocol import Pool
+    >>> from protocol.messages import Role, SampleScene
+    >>> with Pool(["ipc://render-0", "ipc://render-1"], role=Role.AGENT, serves=Role.RENDER) as renderers:
+    ...     one = renderers.call(SampleScene(seed=7, split="train")).scene
+    ...     replies = renderers.map(SampleScene(seed=seed, split="train") for seed in range(5, 10))
+    ...     scenes = [reply.scene for reply in replies]  # in the order of the requests
+    >>> len(scenes), scenes[2] == one
+    (5, True)
     """
 
     def __init__(
@@ -42,15 +51,15 @@ class Pool(Caller):
 
     @property
     def addresses(self) -> tuple[str, ...]:
-        """Of the workers that calls go to now."""
+        """The addresses of the pool's workers."""
         return self._addresses
 
     def add(self, address: str, key: str = "") -> None:
-        """Have one more worker, which has to prove `key`; one that is there already stays as it is.
+        """Add a worker, which has to prove `key`; nothing changes if the pool has its address already.
 
         Raises:
-            AddressUnavailable: `address` is none.
-            NotPermitted: it can't be spoken to with the keys that there are, or `key` is none of the role.
+            AddressUnavailable: `address` is not an address.
+            NotPermitted: the pool has no key that the worker may be called with, or `key` is not one of the role.
         """
         check_address(address)
         self._security.curve_to(address, self._serves, key)
@@ -62,7 +71,7 @@ class Pool(Caller):
                 dispatcher.add(lambda: self._connect(address, key))
 
     def remove(self, address: str) -> None:
-        """Let a worker go. What it has in hand goes to another at once, and what it still answers is dropped."""
+        """Remove a worker. The calls that it holds are sent to another at once; its replies to them are dropped."""
         dispatcher = self._dispatcher
         with self._changing:
             if address in self._addresses:
@@ -70,36 +79,36 @@ class Pool(Caller):
                 dispatcher.remove(address)
 
     def wait_ready(self) -> tuple[Welcome, ...]:
-        """Wait until all workers have started, `timeouts.startup` in all; errors as `Client.wait_ready`."""
+        """Wait until all workers have started, for `timeouts.startup` in all; errors as in `Client.wait_ready`."""
         ends = self._startup_ends()
         return tuple(self._wait_ready(address, ends) for address in self.addresses)
 
     def wait_any_ready(self) -> None:
-        """Wait until one worker at least has started, also one that is not known yet; errors as `wait_ready`."""
+        """Wait until at least one worker has started, which may be added meanwhile; errors as in `wait_ready`."""
         self._submit(Ping(), self._timeouts.startup, None, at_once=False).result()
 
-    def watch(self) -> None:
-        """Ping the workers also while they hold no calls, so that `standings` are never old."""
-        self._dispatcher.watch()
+    def monitor(self) -> None:
+        """Ping the workers also while they hold no calls, so that `standings` stays current."""
+        self._dispatcher.monitor()
 
     def standings(self) -> tuple[Standing, ...]:
-        """How each worker stands, as of what was heard of it last; asks nobody."""
+        """How each worker stands, by its last messages; sends nothing."""
         return self._dispatcher.standings()
 
     @property
     def turns(self) -> int:
-        """How many turns the thread that waits on the sockets has taken."""
+        """The number of turns that the I/O thread has taken."""
         return self._dispatcher.turns
 
     def wake(self) -> None:
-        """Have that thread take a turn."""
+        """Make the I/O thread take a turn."""
         self._dispatcher.wake()
 
     def ping(self) -> tuple[Pong, ...]:
-        """How the workers are, in the order of their addresses."""
+        """The workers' states, in the order of their addresses."""
         return tuple(self._ping(address) for address in self.addresses)
 
 
 def lacking(pools: Mapping[Role, Pool]) -> tuple[Role, ...]:
-    """The roles of which no worker is at work."""
+    """The roles of the pools that have no worker at work."""
     return tuple(role for role, pool in pools.items() if not any(one.at_work for one in pool.standings()))

@@ -16,11 +16,11 @@ from protocol.transport.sockets import Context
 
 _HERE = Path(__file__).parent
 _LAST = ("test_afterwards.py", "test_drain.py")
-"""What is only worth asking after everything else, and what leaves no worker to ask."""
+"""The files of tests that only make sense after all others, or end the worker."""
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Sort the rules, and refuse to try them on nobody."""
+    """Sort the rules, and require the address of a worker."""
     rules = [item for item in items if item.path.parent == _HERE]
     if rules and config.option.worker is None and not config.option.collectonly:
         raise pytest.UsageError("the compliance suite tests a worker; name its address: --worker tcp://host:port")
@@ -32,7 +32,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Say with each failure what the rule is."""
+    """Add the rule to the report of each failure."""
     report = yield
     rule = getattr(getattr(item, "obj", None), "__doc__", None)
     if report.failed and rule:
@@ -63,7 +63,7 @@ def wire(connect: Connect) -> Wire:
 
 @pytest.fixture(scope="session")
 def first_wire(request: pytest.FixtureRequest, context: Context) -> Generator[Wire]:
-    """The connection that is there before the first test and after the last."""
+    """The connection that lasts from before the first test until after the last."""
     option = request.config.option
     with connected(context, option.worker, option.patience) as wire:
         yield wire
@@ -71,7 +71,7 @@ def first_wire(request: pytest.FixtureRequest, context: Context) -> Generator[Wi
 
 @pytest.fixture(scope="session")
 def welcome(request: pytest.FixtureRequest, first_wire: Wire) -> Welcome:
-    """What the worker said of itself at first, once it is ready. Without it nothing can be tried."""
+    """The worker's first answer to `Hello`, once the worker is ready. Without it no rule can be tested."""
     try:
         welcome = first_wire.call(Hello(role=Role.AGENT, incarnation="compliance"))
         first_wire.wait_until(lambda pong: pong.state is not State.STARTING, seconds=DEFAULT_TIMEOUTS.startup)
@@ -81,24 +81,24 @@ def welcome(request: pytest.FixtureRequest, first_wire: Wire) -> Welcome:
         )
     if not isinstance(welcome, Welcome) or welcome.role not in ROLES:
         pytest.exit(
-            f"the suite does not know what to ask this worker for: {welcome}", returncode=pytest.ExitCode.USAGE_ERROR
+            f"the suite has no requests for a worker of this role: {welcome}", returncode=pytest.ExitCode.USAGE_ERROR
         )
     return welcome
 
 
 @pytest.fixture(scope="session")
 def work(welcome: Welcome, first_wire: Wire) -> Work:
-    """What this worker can be asked for."""
+    """The requests for this worker's role."""
     if welcome.role is Role.PERCEPTION:
         return PerceptionWork()
     sampled = first_wire.call(SampleScene(seed=0, split="train"))
-    # A renderer that draws none of its own may still draw ours; that it must answer is a rule like the others.
+    # A worker without scenes of its own may still draw the suite's; that it must answer `SampleScene` is another rule.
     return RenderWork(sampled.scene if isinstance(sampled, Sampled) else SCENE)
 
 
 @pytest.fixture(autouse=True)
 def still_there(request: pytest.FixtureRequest, welcome: Welcome, connect: Connect) -> Generator[None]:
-    """End the session with the test that ended the worker: all others would fail for the same reason."""
+    """End the session after a test that ended the worker: all later tests would fail for the same reason."""
     session, failed_before = request.session, request.session.testsfailed
     yield
     try:

@@ -1,4 +1,4 @@
-"""The numbers of a message, and the message with one of them replaced, as a client that does not look may send it."""
+"""The numbers of a message, and the message with one of them replaced, as a client without checks may send it."""
 
 import math
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from protocol.compliance.wire import changed
 Path: TypeAlias = tuple[str | int, ...]
 
 IMPOSSIBLE = (math.nan, math.inf, -math.inf, 1e300, -1e300)
-"""No number of a scene, a camera or a filter."""
+"""Values that no number of a scene, a camera or a filter can have."""
 
 ODD = (*IMPOSSIBLE, 0.0, -1.0)
 
@@ -22,13 +22,13 @@ _BODY, _FIRST_ARRAY = 2, 3
 
 
 class Number(Struct, frozen=True):
-    """Where a number stands.
+    """A number in a message.
 
     Attributes:
         path: names and indices, from the body's root.
-        value: what it is; of an array's, None.
+        value: None for an array's element.
         whole: whether it is an integer.
-        array: of which it is an element, the last one; None where it stands in the body itself.
+        array: the array whose last element it is; None for a number in the body itself.
     """
 
     path: Path
@@ -43,17 +43,17 @@ class Number(Struct, frozen=True):
 
     @property
     def words(self) -> str:
-        """What a Failure might call it."""
+        """The path as text, for messages."""
         return ".".join(map(str, self.path))
 
 
 def numbers_of(parts: list[bytes]) -> list[Number]:
-    """Every number in a message's body, and one of each array of floats."""
+    """Every number in a message's body, and one element of each array of floats."""
     return list(_numbers(msgspec.msgpack.decode(parts[_BODY]), ()))
 
 
 def with_number(parts: list[bytes], number: Number, value: float) -> list[bytes]:
-    """The message with another number there; a whole number stays one where it can."""
+    """The message with another value of a number; an integer stays one if the value can be one."""
     parts = [*parts]
     if number.array is None:
         parts[_BODY] = changed(parts[_BODY], lambda body: _put(body, number.path, _as_sent(value, whole=number.whole)))

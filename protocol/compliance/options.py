@@ -1,4 +1,4 @@
-"""The suite's options. A plugin, since pytest reads a package's conftest after the command line."""
+"""The suite's command-line options. A plugin, since pytest reads a package's conftest after the command line."""
 
 import argparse
 import math
@@ -9,7 +9,7 @@ from protocol.errors import AddressUnavailable
 from protocol.transport.address import check_address
 
 PATIENCE = 10.0
-"""Seconds. Long, since a busy machine is no fault of the worker's; only a worker that fails makes the suite wait."""
+"""Seconds. Long, so that a worker on a busy machine passes; only a worker that fails makes the suite wait."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -19,7 +19,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--worker",
         type=_address,
         metavar="ADDRESS",
-        help="the worker to test, such as tcp://127.0.0.1:5555 or ipc:///tmp/render; it should serve nobody else",
+        help="the worker to test, such as tcp://127.0.0.1:5555 or ipc:///tmp/render; it should have no other clients",
     )
     group.addoption(
         "--patience",
@@ -34,7 +34,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Keep pytest-xdist from testing one worker by several clients at once, which would disturb each other."""
+    """Refuse pytest-xdist: several clients at once would disturb each other's tests."""
     if config.option.worker is not None and getattr(config.option, "numprocesses", None):
         raise pytest.UsageError("the compliance suite must be a worker's only client; run it without -n")
 
@@ -52,5 +52,5 @@ def _seconds(text: str) -> float:
     except ValueError:
         seconds = math.nan
     if not 0 < seconds < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of seconds above 0")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds above 0")
     return seconds

@@ -1,4 +1,4 @@
-"""After all that: the same process, as well as before. Run after every other rule but Drain."""
+"""The worker after all other rules but Drain: the same process, and in order."""
 
 from protocol.compliance.wire import Wire
 from protocol.compliance.work import Work
@@ -14,7 +14,7 @@ def test_it_is_still_the_same_process(wire: Wire, welcome: Welcome) -> None:
 
 
 def test_nothing_is_left_in_hand(wire: Wire) -> None:
-    """With no client waiting, the worker gets ready again and its queue empty; nothing is forgotten in it."""
+    """Once no client waits, the worker is ready again and its queue empty; no request stays in it."""
     pong = wire.wait_until(lambda pong: pong.queue_depth == 0, seconds=60.0)
     assert pong.state is State.READY
 

@@ -8,13 +8,13 @@ from protocol.messages import Failure
 
 _UNDER_WAY = 8
 _MOMENT = 0.001
-"""Seconds: less than work that was asked for before takes."""
+"""Seconds: less than the work of earlier requests takes."""
 
 
 def test_a_request_whose_deadline_has_passed_is_refused(wire: Wire, work: Work) -> None:
     """A request with no time left is answered by `deadline-exceeded`, not retryable, and not computed.
 
-    Its sender has given up; work for nobody only delays the work of others.
+    Its sender has given up, and to compute it would only delay other requests.
     """
     failure = wire.call(work.small(), deadline=0.0)
     assert isinstance(failure, Failure), f"it was answered by {type(failure).__name__}"

@@ -1,4 +1,4 @@
-"""How a worker ends when it is asked to. The last rules, and only with `--drain`: they leave no worker."""
+"""How a worker ends on request. These rules come last, and only with `--drain`, since they end the worker."""
 
 import pytest
 
@@ -11,15 +11,15 @@ _UNDER_WAY = 8
 
 @pytest.fixture(autouse=True)
 def still_there() -> None:
-    """It is not to be."""
+    """Replaces the check that the worker still answers, since these tests end it."""
 
 
 def test_drain_finishes_what_is_in_hand_and_takes_no_more(wire: Wire, work: Work) -> None:
-    """After Drain, what is in hand is answered as usual, new work by a retryable `draining`, and then comes Drained.
+    """After Drain, requests in hand are answered as usual, new ones by a retryable `draining`, and then comes Drained.
 
-    A worker is recycled between requests like this, so no client loses anything: what is refused goes to another
-    worker at once. Pings are answered meanwhile, with the state draining. When all is said, the process ends, and its
-    connections with it.
+    A supervisor recycles a worker like this, and no client loses anything: a refused request goes to another worker at
+    once. Pings are answered meanwhile, with the state draining. After Drained, the process ends, and its connections
+    with it.
     """
     in_hand = {wire.ask(request): request for request in map(work.large, range(_UNDER_WAY))}
     drain, refused, ping = wire.ask(Drain()), wire.ask(work.small()), wire.ask(Ping())

@@ -1,4 +1,4 @@
-"""Messages of a protocol that has grown since, and of one that had not yet: both are understood."""
+"""Messages of newer and of older versions of the protocol, with more or fewer fields, are understood."""
 
 from collections.abc import Callable
 from typing import Any, cast
@@ -42,7 +42,7 @@ def test_work_of_an_older_or_newer_client_is_done(
 
 
 def test_a_header_of_a_newer_client_is_read(wire: Wire, work: Work) -> None:
-    """Headers grow by the same rule."""
+    """Unknown fields of a header are ignored as well."""
     request, number = work.small(), wire.next_number()
     prelude, header, *rest = parts_of(request, number)
     wire.send([prelude, changed(header, lambda fields: fields.update(_LATER)), *rest])

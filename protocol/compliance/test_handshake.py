@@ -1,4 +1,4 @@
-"""Hello and Welcome: both sides learn who the other is and which version they speak."""
+"""Hello and Welcome: both sides learn the other's role and version."""
 
 import math
 
@@ -28,8 +28,8 @@ def test_hello_is_answered_by_welcome(wire: Wire) -> None:
 def test_every_reply_names_the_same_incarnation(wire: Wire) -> None:
     """The header of each reply, Welcome and Pong name one and the same incarnation for as long as the process lives.
 
-    A client takes a reply of another incarnation for the sign that its worker was replaced, and sends again what it
-    held.
+    A reply with another incarnation tells a client that its worker was replaced, and the client sends the calls of the
+    old one again.
     """
     greeted = wire.answer(wire.ask(hello()))
     ponged = wire.answer(wire.ask(Ping()))
@@ -60,7 +60,7 @@ def test_the_version_agreed_on_is_one_that_was_offered(wire: Wire) -> None:
 def test_a_hello_without_a_common_version_is_refused(wire: Wire, oldest: int, newest: int) -> None:
     """A client that shares no version with the worker is answered by `version-mismatch`, not retryable.
 
-    Silence would keep the client waiting for its startup time; a Welcome would have it send what nobody understands.
+    Silence would keep the client waiting for its startup timeout; after a Welcome it would send unreadable messages.
     """
     failure = wire.call(hello(oldest, newest))
     assert isinstance(failure, Failure), failure
@@ -68,7 +68,7 @@ def test_a_hello_without_a_common_version_is_refused(wire: Wire, oldest: int, ne
 
 
 def test_a_hello_is_read_in_any_version(wire: Wire) -> None:
-    """Hello is read whatever version its prelude names, since it comes before a version is agreed on."""
+    """Hello is read with any version in its prelude, since it comes before both sides have agreed on a version."""
     wire.send(parts_of(hello(900, 909), wire.next_number(), version=909))
     failure = wire.receive("the answer to Hello").message
     assert isinstance(failure, Failure), failure
@@ -78,7 +78,7 @@ def test_a_hello_is_read_in_any_version(wire: Wire) -> None:
 def test_another_message_in_a_foreign_version_is_refused(wire: Wire) -> None:
     """Any other message in a version that the worker does not speak is answered by `version-mismatch`.
 
-    Its meaning can't be known, however well it can be read.
+    Its meaning can't be known, even if it can be decoded.
     """
     number = wire.next_number()
     wire.send(parts_of(Ping(), number, version=909))
@@ -88,7 +88,7 @@ def test_another_message_in_a_foreign_version_is_refused(wire: Wire) -> None:
 
 
 def test_a_second_hello_on_a_connection_is_answered_as_the_first(wire: Wire) -> None:
-    """A worker keeps nothing about its clients: Hello may come again, and late."""
+    """A worker keeps no state of its clients: Hello may come again, and late."""
     first, second = wire.call(hello()), wire.call(hello())
     assert isinstance(first, Welcome)
     assert isinstance(second, Welcome)
@@ -96,7 +96,7 @@ def test_a_second_hello_on_a_connection_is_answered_as_the_first(wire: Wire) -> 
 
 
 def test_fields_of_a_later_hello_are_passed_over(wire: Wire) -> None:
-    """What a later Hello says besides is passed over, so that old workers can be greeted by new clients."""
+    """Unknown fields of a Hello are ignored, so that newer clients can greet older workers."""
     number = wire.next_number()
     prelude, header, body = parts_of(hello(), number)
     wire.send([prelude, header, changed(body, lambda fields: fields.update(added_later=[1, {"a": 2}]))])

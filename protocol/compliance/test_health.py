@@ -1,4 +1,4 @@
-"""Ping and Pong: whether the process is there, and whether its work gets anywhere."""
+"""Ping and Pong: whether the process is alive, and whether its work makes progress."""
 
 from protocol.compliance.wire import Connect, Wire
 from protocol.compliance.work import Work
@@ -9,9 +9,9 @@ _UNDER_WAY = 8
 
 
 def test_pings_are_answered_while_work_is_computed(wire: Wire, work: Work) -> None:
-    """A ping is answered at once, whatever the handlers do: before work that came earlier is done.
+    """A ping is answered at once, before earlier requests are, also while handlers compute.
 
-    A client that hears no pong for `timeouts.liveness` takes the worker for dead; a slow picture must not look like
+    A client that gets no pong for `timeouts.liveness` takes the worker for dead; a slow picture must not look like
     that.
     """
     asked = {wire.ask(work.large(tag)) for tag in range(_UNDER_WAY)}

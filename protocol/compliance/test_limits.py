@@ -1,4 +1,4 @@
-"""How much of anything a worker takes: past that it refuses, and its memory stays its own."""
+"""Limits: a worker refuses what exceeds them, so that no client can exhaust its memory."""
 
 from collections.abc import Callable
 
@@ -11,7 +11,7 @@ from protocol.messages import Failure
 
 _FLOOD = 4 * DEFAULT_LIMITS.queue
 _FLOOD_DEADLINE = 1.0
-"""Seconds: what still waits after that need not be computed for this test."""
+"""Seconds: requests that still wait after that need not be computed for this test."""
 
 _TOO_LARGE: dict[str, Callable[[list[bytes]], list[bytes]]] = {
     "a header": lambda parts: [parts[0], _with_text(parts[1], 8 * KIB), *parts[2:]],
@@ -61,7 +61,7 @@ def test_more_requests_than_a_worker_takes_are_refused_at_once(wire: Wire, conne
 
 
 def test_an_overload_passes(wire: Wire, work: Work) -> None:
-    """Once what was in hand is answered, requests are taken again."""
+    """Once the requests in hand are answered, new ones are taken again."""
     wire.answers([wire.ask(work.small(tag % 100), deadline=0.0) for tag in range(_FLOOD)])
     request = work.small()
     assert work.answers(wire.call(request), request)

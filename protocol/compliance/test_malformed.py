@@ -112,7 +112,7 @@ ARRAYS: dict[str, Spoil] = {
 def test_a_message_that_can_t_be_told_apart_is_refused_or_passed_over(wire: Wire, work: Work, spoil: Spoil) -> None:
     """A message whose prelude or header is broken is answered by a Failure or not at all, and the worker goes on.
 
-    Whoever can reach the address can send such a message: a scanner, a browser, a program of another kind.
+    Any program that can reach the address may send such a message: a port scanner, a browser.
     """
     wire.send(spoil(parts_of(work.small(), wire.next_number())))
     assert all(_is_refusal(answer) for answer in wire.answers_before_a_ping())
@@ -142,7 +142,7 @@ def test_an_array_that_is_not_as_described_is_told_its_sender(wire: Wire, spoil:
 
 
 def test_garbage_is_counted(wire: Wire) -> None:
-    """`malformed` in a pong counts what came and could not be read, so that somebody can look for who sends it."""
+    """`malformed` in a pong counts unreadable messages, so that an operator can look for their sender."""
     before = wire.ping().malformed
     wire.send([b"", b"", b""])
     wire.send([b"no", b"message"])

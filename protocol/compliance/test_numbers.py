@@ -1,4 +1,4 @@
-"""Numbers that no scene, camera or filter has: refused by name, before anything is computed from them."""
+"""Impossible numbers in scenes, cameras and filters: refused by name, before anything is computed from them."""
 
 from collections.abc import Iterable
 from itertools import islice, product
@@ -14,7 +14,7 @@ from protocol.message import Request
 from protocol.messages import Failure
 
 _AT_ONCE = 32
-"""Requests under way: no worker has too many in hand."""
+"""Requests under way at once: so few that no worker is overloaded."""
 
 _REFUSALS = ("invalid-input", "malformed-message", "limit-exceeded")
 
@@ -23,7 +23,7 @@ _READINGS = "depth"
 
 
 class _Outcome(Struct, frozen=True, eq=False):
-    """What a request with one other number came to."""
+    """The outcome of a request with one number replaced."""
 
     number: Number
     value: float
@@ -31,7 +31,7 @@ class _Outcome(Struct, frozen=True, eq=False):
 
     @property
     def words(self) -> str:
-        """For whoever reads of it."""
+        """The outcome as text, for messages."""
         reply = self.reply
         said = f"{reply.code}: {reply.message}" if isinstance(reply, Failure) else type(reply).__name__
         return f"{self.number.words} = {self.value:g}: {said}"

@@ -43,7 +43,7 @@ def test_a_part_of_a_picture_is_what_the_whole_picture_shows_there(wire: Wire, p
 def test_a_region_that_is_not_in_the_picture_is_refused_or_passed_over(
     wire: Wire, parts: tuple[Render, ...], region: dict[str, int]
 ) -> None:
-    """An empty region, or one that reaches out of the picture, is refused; who knows no regions draws everything."""
+    """A region that is empty or exceeds the picture is refused; a worker without regions draws the whole picture."""
     number = wire.next_number()
     prelude, header, body = parts_of(parts[0], number)
     wire.send([prelude, header, changed(body, partial(_put, "region", region))])

@@ -27,7 +27,7 @@ def test_every_further_request_of_the_role_is_answered(wire: Wire, work: Work) -
 
 
 def test_each_reply_has_its_request_s_id(wire: Wire, work: Work) -> None:
-    """Several requests may be under way; each is answered once, under its own id, in whatever order.
+    """Several requests may be under way; each is answered once, under its own id, in any order.
 
     A worker may work on several at once, and the client tells the replies apart by their ids alone.
     """
@@ -50,7 +50,7 @@ def test_any_id_comes_back_as_it_was(wire: Wire, work: Work) -> None:
 
 
 def test_two_clients_may_use_the_same_ids(connect: Connect, work: Work) -> None:
-    """Ids are unique on a connection only; a reply goes to whoever asked."""
+    """Ids are unique on a connection only; a reply goes to the client that sent the request."""
     one, other = connect(), connect()
     for tag in range(_UNDER_WAY):
         one.ask(work.small(tag), number=tag)
@@ -73,7 +73,7 @@ def test_the_same_request_brings_the_same_reply(wire: Wire, work: Work) -> None:
 
 
 def test_a_client_that_left_without_its_replies_harms_no_other(connect: Connect, work: Work) -> None:
-    """A client that goes away with requests under way costs nobody else a reply."""
+    """If a client disconnects with requests under way, all other clients still get their replies."""
     leaving = connect()
     for tag in range(_UNDER_WAY):
         leaving.ask(work.small(tag))

@@ -1,4 +1,4 @@
-"""What a worker does not do, it says."""
+"""Requests that a worker does not answer are refused as `unsupported`."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""A connection to the worker under test that sends whatever it is told to, and hides nothing of what comes back."""
+"""A connection to the worker under test that sends any bytes, and returns everything that comes back."""
 
 import itertools
 import math
@@ -23,11 +23,11 @@ from protocol.transport.sockets import Context, Socket
 
 INCARNATION = "compliance"
 DEADLINE = 120.0
-"""Seconds that a request allows where its deadline is not what is tested."""
+"""Seconds; the deadline of requests in tests that are not about deadlines."""
 
 
 class Answer(Struct, frozen=True, eq=False):
-    """A reply, and what its header says."""
+    """A reply and its header."""
 
     version: int
     header: ReplyHeader
@@ -45,7 +45,7 @@ class Wire:
         self._early: list[Answer] = []
 
     def next_number(self) -> int:
-        """An id that no request on this connection had."""
+        """An id that no request on this connection had before."""
         return next(self._numbers)
 
     def send(self, parts: Sequence[bytes]) -> None:
@@ -53,17 +53,17 @@ class Wire:
         self._socket.send_multipart(parts)
 
     def ask(self, request: Request[Any], number: int | None = None, *, deadline: float = DEADLINE) -> int:
-        """Send a request as it should be; returns its id."""
+        """Send a correct request; returns its id."""
         number = self.next_number() if number is None else number
         self.send(parts_of(request, number, deadline=deadline))
         return number
 
     def receive(self, awaited: str = "a reply") -> Answer:
-        """The next reply, whatever it answers.
+        """The next reply, to any request.
 
         Raises:
-            DeadlineExceeded: none came.
-            ProtocolError: what came is no reply that can be read.
+            DeadlineExceeded: no reply came.
+            ProtocolError: the reply can't be decoded.
         """
         if self._early:
             return self._early.pop(0)
@@ -74,7 +74,7 @@ class Wire:
         return Answer(envelope.version, header, decode(envelope, DEFAULT_LIMITS))
 
     def answers(self, numbers: Collection[int], awaited: str = "a reply") -> list[Answer]:
-        """The replies to these requests, in the order in which they came; replies to others stay for later.
+        """The replies to these requests, in the order in which they came; replies to others are kept for later.
 
         Raises:
             DeadlineExceeded: one did not come.
@@ -98,14 +98,14 @@ class Wire:
         return self.answers([number], awaited)[0]
 
     def call(self, request: Request[Any], *, deadline: float = DEADLINE) -> Message:
-        """Ask, and return what is answered."""
+        """Send a request, and return the reply."""
         return self.answer(self.ask(request, deadline=deadline), f"the answer to {type(request).__name__}").message
 
     def ping(self) -> Pong:
-        """How the worker is.
+        """The worker's state.
 
         Raises:
-            MalformedMessage: a ping was answered by something else than a pong.
+            MalformedMessage: the reply to a ping was not a pong.
         """
         pong = self.call(Ping())
         if not isinstance(pong, Pong):
@@ -113,18 +113,18 @@ class Wire:
         return pong
 
     def answers_before_a_ping(self) -> list[Answer]:
-        """What has come, in any order, until a ping sent now was answered."""
+        """The replies that come before the one to a ping sent now."""
         number, seen = self.ask(Ping()), list[Answer]()
         while not seen or seen[-1].header.request != number:
             seen.append(self.receive("the answer to Ping"))
         return seen[:-1]
 
     def refusal(self) -> Failure | None:
-        """The first answer to what was sent, if it is a Failure; None where the worker ends the connection instead.
+        """The first reply, if it is a Failure; None if the worker ends the connection instead.
 
         Raises:
             DeadlineExceeded: neither happened.
-            MalformedMessage: something else was answered.
+            MalformedMessage: the reply is not a Failure.
         """
         poller = zmq.Poller()
         poller.register(self._socket, zmq.POLLIN)
@@ -150,7 +150,7 @@ class Wire:
             raise DeadlineExceeded(f"waited {self._patience:g} s for the worker to end; it is still connected")
 
     def close(self) -> None:
-        """End the connection, with whatever is under way."""
+        """Close the connection, and drop the requests under way."""
         if not self._socket.closed:
             self._socket.disable_monitor()
             self._monitor.close()
@@ -160,7 +160,7 @@ class Wire:
         """The first pong for which `holds`.
 
         Raises:
-            DeadlineExceeded: there was none in that many seconds; without a number, for as long as patience lasts.
+            DeadlineExceeded: there was none within `seconds`, by default the suite's patience.
         """
         seconds = self._patience if seconds is None else seconds
         end = time.monotonic() + seconds
@@ -177,11 +177,11 @@ Connect: TypeAlias = Callable[[], Wire]
 
 @contextmanager
 def connected(context: Context, address: str, patience: float) -> Generator[Wire]:
-    """A connection of its own; whatever is under way when it closes is forgotten."""
+    """A new connection; requests under way when it closes are dropped."""
     socket = context.socket(zmq.DEALER)
     socket.set(zmq.LINGER, 0)
     socket.set(zmq.IPV6, int("[" in address))
-    # Before connecting: a connection that was there before its monitor would never be told of.
+    # Before connecting: the monitor does not report a connection that is older than itself.
     wire = Wire(socket, socket.get_monitor_socket(zmq.EVENT_DISCONNECTED), patience)
     try:
         socket.connect(address)
@@ -193,7 +193,7 @@ def connected(context: Context, address: str, patience: float) -> Generator[Wire
 def parts_of(
     request: Message, number: int, *, deadline: float = DEADLINE, version: int = PROTOCOL_VERSION
 ) -> list[bytes]:
-    """A message as it should be, to send or to spoil."""
+    """The parts of a correct message, to send or to spoil."""
     header = RequestHeader(number, INCARNATION, deadline)
     return [bytes(part) for part in seal(encode(request, DEFAULT_LIMITS), header, version)]
 

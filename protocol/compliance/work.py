@@ -1,7 +1,7 @@
-"""What the suite asks a worker to do: the requests of its role, small ones that can be told apart and large ones.
+"""The suite's requests to a worker, by role: small ones that can be told apart, and large ones.
 
-Every piece of work has a tag from 0 up that comes back in its reply, so that a reply that answers another request is
-found out even if it has the right id.
+Every request has a tag from 0 up that comes back in its reply, so that a reply to another request is detected even if
+it has the right id.
 """
 
 from typing import Any, Protocol, get_args
@@ -34,39 +34,39 @@ SCENE = Scene(
     ground="grass",
     background="sky-clear",
 )
-"""For workers that can't be asked for one. The renderer behind them may not know its ground; then it is a Failure."""
+"""For workers that draw no scenes. A renderer behind them may not know its ground; then the reply is a Failure."""
 
 
 class Work(Protocol):
-    """What a role can be asked for."""
+    """The requests to workers of a role."""
 
     def small(self, tag: int = 0) -> Request[Any]:
-        """As little as there is to do; tags 0 to 999 can be told apart."""
+        """The smallest request; tags 0 to 999 can be told apart."""
         ...
 
     def large(self, tag: int = 0) -> Request[Any]:
-        """A picture of the usual size: milliseconds at least, so that other messages come meanwhile."""
+        """A picture of the usual size, which takes milliseconds at least, so that other messages arrive meanwhile."""
         ...
 
     def answers(self, reply: Message, request: Request[Any]) -> bool:
-        """Whether this reply is one to that request."""
+        """Whether a reply belongs to a request."""
         ...
 
     def others(self) -> tuple[Request[Any], ...]:
-        """One of each further request that the role answers."""
+        """One request of each further type that the role answers."""
         ...
 
     def full(self) -> tuple[Request[Any], ...]:
-        """One of each request of the role with every optional field set, so that each of its numbers is there."""
+        """One request of each type of the role with every optional field set, so that it has all of its numbers."""
         ...
 
     def parts(self) -> tuple[Render, ...]:
-        """Parts of pictures, where the role draws any."""
+        """Requests of parts of pictures, if the role draws any."""
         ...
 
 
 class RenderWork:
-    """Pictures of a scene that the worker has drawn itself; the tag is in the picture's width."""
+    """Pictures of a scene that the worker itself has sampled; the tag is in the picture's width."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -80,12 +80,12 @@ class RenderWork:
         return self._render(_LARGE[0] + tag, _LARGE[1])
 
     def answers(self, reply: Message, request: Request[Any]) -> bool:
-        """A frame has the camera that it was asked for with."""
+        """A frame has the camera of its request."""
         return isinstance(reply, Frame) and isinstance(request, Render) and reply.camera == request.camera
 
     def others(self) -> tuple[Request[Any], ...]:
-        """Scenes, and a picture packed for its way."""
-        # One that knows nothing of packed frames answers as ever.
+        """Scenes, and a packed picture."""
+        # A worker that does not know the field `encoding` sends the frame unpacked.
         return SampleScene(seed=1, split="train"), replace(self.small(), encoding="lossless")
 
     def full(self) -> tuple[Request[Any], ...]:
@@ -97,7 +97,7 @@ class RenderWork:
         )
 
     def parts(self) -> tuple[Render, ...]:
-        """Somewhere within, at each border, one pixel, and all of it; of exact and of measured depth."""
+        """Regions inside, at each border, of one pixel, and the whole picture; with exact and with measured depth."""
         return tuple(
             replace(whole, region=region)
             for whole in map(self._measured, get_args(DepthNoise))
@@ -124,20 +124,20 @@ class PerceptionWork:
         return Perceive(frame=_noise(*_LARGE, tag), filter=FilterState.initial())
 
     def answers(self, reply: Message, request: Request[Any]) -> bool:
-        """An observation has the joints of its frame."""
+        """An estimate has the true joints of its frame."""
         if not isinstance(reply, PoseEstimate) or not isinstance(request, Perceive):
             return False
         return reply.joints is not None and np.array_equal(reply.joints, _joints_of(request))
 
     def others(self) -> tuple[Request[Any], ...]:
-        """Frames that are rendered for it."""
+        """A frame that is rendered for it."""
         return (Observe(scene=SCENE, camera=_camera(*_SMALL), filter=FilterState.initial()),)
 
     def full(self) -> tuple[Request[Any], ...]:
-        """A frame at hand and one that is rendered, with all that may come along."""
+        """A given frame and one that is rendered, with all optional parts of the reply."""
         along: dict[str, Any] = {"liftings": get_args(Lifting), "heatmaps": True, "evidence": True}
         part = replace(_noise(*_SMALL, 0).part(_PART), timings={"render": 0.1})
-        # Bystanders are the renderer's to draw, and cost time.
+        # Without bystanders, which only cost the renderer time.
         scene, camera, state = _bent(SCENE), _camera(*_SMALL), FilterState.initial(rule="variance")
         return (
             Perceive(frame=part, filter=state, **along),
@@ -145,7 +145,7 @@ class PerceptionWork:
         )
 
     def parts(self) -> tuple[Render, ...]:
-        """It draws none."""
+        """None."""
         return ()
 
 
@@ -155,17 +155,17 @@ def frame_to_perceive(tag: int = 0) -> Perceive:
 
 
 ROLES = (Role.RENDER, Role.PERCEPTION)
-"""Whose work the suite knows."""
+"""The roles whose requests the suite knows."""
 
 
 def _crowded(scene: Scene) -> Scene:
-    """The scene with its person bent and somebody beside them, so that every field of a scene is sent."""
-    somebody = Figure(identity=5, pose=SCENE.pose, appearance=8, position=(1.0, 1.0), yaw=0.5)
-    return replace(_bent(scene), bystanders=(somebody,))
+    """The scene with its person bent and a bystander, so that every field of a scene is sent."""
+    bystander = Figure(identity=5, pose=SCENE.pose, appearance=8, position=(1.0, 1.0), yaw=0.5)
+    return replace(_bent(scene), bystanders=(bystander,))
 
 
 def _bent(scene: Scene) -> Scene:
-    """An upright trunk is not sent."""
+    """The scene with its person bent, since an upright trunk is not sent."""
     return replace(scene, pose=replace(scene.pose, trunk=Trunk(bend=0.1)))
 
 

@@ -1,1 +1,1 @@
-"""Pictures as they travel between machines: packed by JPEG or without loss."""
+"""Packing of pictures for the way between machines: as JPEG, or without loss."""

@@ -1,7 +1,7 @@
-"""Colours and depth made smaller, and the same to the bit when they are opened again; needs zstandard.
+"""Packs colours and depth without loss; needs zstandard.
 
-Zstandard finds repetitions; so that there are some in a picture, its colours are told as differences first: red and
-blue from green, and each from its left neighbour. Depth has enough of them as it is (docs/decisions/0005).
+Zstandard finds repetitions. To create some in a picture, its colours are first turned into differences: red and blue
+from green, and each from its left neighbour. Depth has enough repetitions (docs/decisions/0005).
 """
 
 from typing import Any
@@ -13,7 +13,7 @@ from protocol.arrays import AnyArray, Float32Array, UInt8Array
 from protocol.errors import MalformedMessage
 
 _LEVEL = 1
-"""Of zstandard: higher ones take longer and make these no smaller."""
+"""Of zstandard; higher levels take longer and do not compress these better."""
 
 _DEPTH = np.dtype("<f4")
 
@@ -57,7 +57,7 @@ def _compress(array: AnyArray) -> UInt8Array:
 def _decompress(data: UInt8Array, dtype: np.dtype[Any], shape: tuple[int, ...], what: str) -> Any:
     size = dtype.itemsize * int(np.prod(shape, dtype=np.int64))
     try:
-        # Before anything is made of it: room is made for whatever size the data announce.
+        # Checked first: the decompressor allocates memory for any size that the data announce.
         announced = zstandard.get_frame_parameters(data.data).content_size
         if announced != size:
             raise MalformedMessage(f"packed {what} of {shape} take {size} bytes, {announced} were announced")

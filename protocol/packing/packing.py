@@ -1,7 +1,7 @@
-"""Frames packed for their way between machines, and opened again.
+"""Packs frames for the way between machines, and unpacks them.
 
-Only render and perception workers import this, and need its libraries (zstandard, simplejpeg): `Frame` itself knows
-what a packed one looks like. What is packed and opened in a handler holds up no ping, and counts as the handler's time.
+Only render and perception workers import this and need its libraries (zstandard, simplejpeg). A handler packs and
+unpacks, so pings are not delayed, and the time counts as the handler's.
 """
 
 import numpy as np
@@ -14,10 +14,10 @@ from protocol.packing.lossless import compress_colours, compress_depth, decompre
 
 
 def pack(frame: Frame, encoding: Encoding, limits: Limits = DEFAULT_LIMITS) -> Frame:
-    """The frame as it is to travel; the same one for `none`.
+    """The packed frame; the same frame for `none`.
 
     Raises:
-        LimitExceeded: it is larger than what `unpack` opens.
+        LimitExceeded: it is larger than `unpack` allows.
     """
     if encoding == "none":
         return frame
@@ -28,11 +28,11 @@ def pack(frame: Frame, encoding: Encoding, limits: Limits = DEFAULT_LIMITS) -> F
 
 
 def unpack(frame: Frame, limits: Limits = DEFAULT_LIMITS) -> Frame:
-    """The frame with its arrays, which are read-only; the same one where it is not packed.
+    """The frame with its arrays, which are read-only; the same frame if it is not packed.
 
     Raises:
-        LimitExceeded: its arrays are larger than those that may travel.
-        MalformedMessage: what is packed is no picture of the frame's size.
+        LimitExceeded: its arrays are larger than those that may be sent unpacked.
+        MalformedMessage: the packed bytes are not a picture of the frame's size.
     """
     packed = frame.packed
     if packed is None:
@@ -46,5 +46,5 @@ def unpack(frame: Frame, limits: Limits = DEFAULT_LIMITS) -> Frame:
 
 
 def _require_travels(frame: Frame, limits: Limits) -> None:
-    """What is not taken as it is, is not taken packed: a few bytes may announce any size."""
+    """A frame that is too large unpacked is refused packed as well: a few bytes may announce any size."""
     require_picture_travels(frame.area.width, frame.area.height, limits)

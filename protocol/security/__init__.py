@@ -1,7 +1,7 @@
-"""Who may speak with whom between machines: key pairs, the list of allowed keys, and what each role may ask for.
+"""Security between machines: key pairs, the list of allowed keys, and the permissions of each role.
 
-Every process has a key pair of its own role and the list of everybody's public keys. CURVE encrypts what is said and
-proves who says it; the list says which keys count, and as what (docs/security.md).
+Every process has a key pair of its role, and the list of allowed public keys. CURVE encrypts messages and proves the
+sender's key; the list says which keys are valid, and for which role (docs/security.md).
 """
 
 from protocol.security.allow_list import AllowedKey, AllowList, AllowListFile

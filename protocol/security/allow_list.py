@@ -1,4 +1,4 @@
-"""Which public keys count, and as what: one file, the same on every machine, with nothing secret in it."""
+"""The list of allowed public keys and their roles: one file, the same on every machine, without secrets."""
 
 import logging
 from pathlib import Path
@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 
 
 class AllowedKey(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One key; a revoked one stays in the list, so that whoever tries it can be named."""
+    """One key. A revoked key stays in the list, so that logs can name a process that tries it."""
 
     name: KeyName
     role: Role
@@ -38,19 +38,19 @@ class AllowList(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         return next((key for key in self.keys if key.public == public), None)
 
     def role_of(self, public: str) -> Role | None:
-        """What the holder of a key may be; None for a key that does not count."""
+        """The role of a key's holder; None for a key that is unknown or revoked."""
         found = self.find(public)
         return found.role if found is not None and not found.revoked else None
 
     def of_role(self, role: Role) -> tuple[AllowedKey, ...]:
-        """The keys that count for a role."""
+        """The valid keys of a role."""
         return tuple(key for key in self.keys if key.role is role and not key.revoked)
 
     def with_key(self, key: KeyPair) -> "AllowList":
         """The list with one more key.
 
         Raises:
-            InvalidInput: there is one of this name.
+            InvalidInput: the list has a key of this name.
         """
         if any(known.name == key.name for known in self.keys):
             raise InvalidInput(f"there is a key {key.name!r} already; choose another name")
@@ -61,7 +61,7 @@ class AllowList(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         """The list with the key of this name revoked.
 
         Raises:
-            InvalidInput: there is none, or it is revoked already.
+            InvalidInput: the list has no such key, or it is revoked already.
         """
         found = next((key for key in self.keys if key.name == name), None)
         if found is None:
@@ -75,30 +75,30 @@ def read_allow_list(path: Path) -> AllowList:
     """Read a list of keys.
 
     Raises:
-        NotPermitted: it is missing, or is none.
+        NotPermitted: the file is missing, or is not a list of keys.
     """
     try:
         return msgspec.json.decode(path.read_bytes(), type=AllowList)
     except OSError as error:
         raise NotPermitted(f"can't read the list of allowed keys {path}: {error.strerror}") from error
     except UNDECODABLE as error:
-        raise NotPermitted(f"{path} is no list of allowed keys: {error}") from error
+        raise NotPermitted(f"{path} is not a list of allowed keys: {error}") from error
 
 
 def write_allow_list(allowed: AllowList, path: Path) -> None:
-    """Write a list whole or not at all; whoever watches it sees either the old one or the new one."""
+    """Write a list atomically: a reader sees the old one or the new one."""
     with whole_file(path) as aside:
         aside.write_bytes(msgspec.json.format(msgspec.json.encode(allowed), indent=2) + b"\n")
 
 
 class AllowListFile:
-    """A list that is read again when its file has changed, so that a revoked key is out at once, and nothing restarts.
+    """A list that is read again when its file has changed, so that a revoked key is refused at once without a restart.
 
-    May be asked by any number of threads. A file that can't be read any more changes nothing: the last list counts.
+    May be used by any number of threads. If the file can't be read any more, the last list stays valid.
     """
 
     def __init__(self, path: Path) -> None:
-        """Read it for the first time; errors as `read_allow_list`."""
+        """Read the file; errors as in `read_allow_list`."""
         self._path = path
         self._lock = ProcessLock()
         self._stamp = _stamp(path)
@@ -118,7 +118,7 @@ class AllowListFile:
             self._current = read_allow_list(self._path)
             _log.info("read the list of allowed keys again: %d keys", len(self._current.keys))
         except NotPermitted as error:
-            _log.error("going on with the keys that were allowed before: %s", error)
+            _log.error("the keys that were allowed before stay valid: %s", error)
 
 
 def _stamp(path: Path) -> tuple[int, int, int] | None:

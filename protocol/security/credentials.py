@@ -1,4 +1,4 @@
-"""What a process needs to speak between machines: its own key, and whose keys count."""
+"""The credentials of a process between machines: its own key, and the list of allowed keys."""
 
 from pathlib import Path
 
@@ -8,11 +8,11 @@ from protocol.security.allow_list import AllowedKey, AllowListFile
 from protocol.security.key_pair import KeyPair, read_key
 
 ALLOWED = "allowed.json"
-"""What the list of allowed keys is called, in the directory of the key."""
+"""The file name of the list of allowed keys, in the directory of the key."""
 
 
 class Credentials:
-    """A process' own key and the list of everybody's. May be used from any number of threads."""
+    """A process's own key and the list of allowed keys. May be used by any number of threads."""
 
     def __init__(self, own: KeyPair, allowed: AllowListFile) -> None:
         self.own = own
@@ -23,18 +23,19 @@ class Credentials:
         return self._allowed.current().find(public)
 
     def role_of(self, public: str) -> Role | None:
-        """What the holder of a key may be now; None for a key that does not count."""
+        """The role of a key's holder now; None for a key that is unknown or revoked."""
         return self._allowed.current().role_of(public)
 
     def server_key(self, role: Role | None, announced: str = "") -> str:
         """The public key that a worker has to prove.
 
         Args:
-            role: what it is to be; None for any.
-            announced: the key that the orchestrator's table has for it, if it has one.
+            role: the role that the worker must have; None for any.
+            announced: the worker's key in the orchestrator's table; empty if it has none there.
 
         Raises:
-            NotPermitted: the announced key does not count for the role, or the list leaves open which it is.
+            NotPermitted: the announced key is not valid for the role; or there is none, and the list has no key or
+                several keys for the role.
         """
         if announced:
             self._require_role(announced, role)
@@ -47,8 +48,8 @@ class Credentials:
         if len(candidates) > 1:
             names = ", ".join(key.name for key in candidates)
             raise NotPermitted(
-                f"which key a {what} worker has to prove is open ({names}); let the orchestrator tell its "
-                "address (--orchestrator), or have one key for the role"
+                f"a {what} worker may have one of several keys ({names}); let the orchestrator name its address and "
+                "key (--orchestrator), or allow a single key for the role"
             )
         return candidates[0].public
 
@@ -61,10 +62,10 @@ class Credentials:
 
 
 def load_credentials(key: Path, allowed: Path | None = None) -> Credentials:
-    """Read a process' key and the list of allowed keys, which lies beside it unless told.
+    """Read a process's key and the list of allowed keys, by default `allowed.json` beside the key.
 
     Raises:
-        NotPermitted: one of the files is missing, damaged or open to others, or the key is not in the list.
+        NotPermitted: a file is missing or damaged, other users can read the key, or the list has no such key.
     """
     own = read_key(key)
     listed = AllowListFile(key.parent / ALLOWED if allowed is None else allowed)

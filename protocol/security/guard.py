@@ -1,4 +1,4 @@
-"""All that a worker with keys does about who calls it."""
+"""Access control of a worker with keys: it authenticates clients, checks their requests, and logs refusals."""
 
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Guard:
-    """Looks after a worker's socket. `attach`, `look` and `detach` belong to the socket's thread."""
+    """Guards a worker's socket. `attach`, `read_events` and `detach` belong to the socket's thread."""
 
     def __init__(self, credentials: Credentials) -> None:
         self.credentials = credentials
@@ -24,29 +24,33 @@ class Guard:
         self._monitor: HandshakeMonitor | None = None
 
     def attach(self, socket: "Socket") -> None:
-        """Watch who knocks at a socket."""
+        """Begin to monitor the handshakes on a socket."""
         self._monitor = HandshakeMonitor(socket, self.refusals)
 
     @property
     def monitors(self) -> "tuple[Socket, ...]":
-        """What to wait on for `look`."""
+        """The sockets to wait on for `read_events`."""
         return () if self._monitor is None else (self._monitor.monitor,)
 
-    def look(self) -> None:
-        """Take in who has knocked since the last time."""
+    def read_events(self) -> None:
+        """Log the handshakes that failed since the last call."""
         if self._monitor is not None:
-            self._monitor.look()
+            self._monitor.read_events()
 
     def detach(self) -> None:
-        """Watch no more."""
+        """Stop monitoring."""
         if self._monitor is not None:
             self._monitor.close()
             self._monitor = None
 
     def objection(self, key: str, address: str, message: object) -> str | None:
-        """Why a message of somebody who proved to hold `key` is refused, which is written down; None if it is fine.
+        """Why a message from the holder of `key` is refused, which is logged as well; None if it is allowed.
 
-        Asked for each message, since a key may be revoked while its connection stands.
+        Checked for each message, since a key may be revoked while its connection stands.
+
+        Args:
+            key: the public key that the sender has proved.
+            address: the sender's IP address.
         """
         role = self.credentials.role_of(key)
         reason = "its key was revoked" if role is None else objection(message, role)
@@ -57,7 +61,7 @@ class Guard:
 
 @contextmanager
 def guard_of(context: "Context", role: Role, credentials: Credentials | None) -> Generator[Guard | None]:
-    """A guard for a worker's socket in a context of its own; none where no key is needed."""
+    """Yield a guard for a worker's socket in a context of its own; None without credentials."""
     if credentials is None:
         yield None
         return

@@ -1,4 +1,4 @@
-"""A process' own key: a file that only its owner can read."""
+"""A process's key pair: a file that only its owner can read."""
 
 import os
 from pathlib import Path
@@ -20,7 +20,7 @@ PublicKey = Annotated[str, Meta(min_length=40, max_length=40)]
 
 
 class KeyPair(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A key of a role. `secret` never leaves its machine, and is never printed."""
+    """A key pair of a role. `secret` never leaves its machine, and is never printed."""
 
     name: KeyName
     role: Role
@@ -32,24 +32,26 @@ class KeyPair(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 def new_key_pair(name: str, role: Role) -> KeyPair:
-    """Draw a key from the system's randomness.
+    """Generate a key pair with the system's randomness.
 
     Raises:
-        InvalidInput: `name` is no name for a key.
+        InvalidInput: `name` is not a valid name for a key.
     """
     public, secret = zmq.curve_keypair()
     drawn = {"name": name, "role": role, "public": public.decode(), "secret": secret.decode()}
     try:
         return msgspec.convert(drawn, KeyPair)
     except msgspec.ValidationError as error:
-        raise InvalidInput(f"{name!r} is no name for a key: letters, digits, '.', '_' and '-', 64 at most") from error
+        raise InvalidInput(
+            f"{name!r} is not a name for a key: use letters, digits, '.', '_' and '-', at most 64"
+        ) from error
 
 
 def write_key(key: KeyPair, path: Path) -> None:
-    """Write a key where only its owner can read it.
+    """Write a key to a file that only its owner can read.
 
     Raises:
-        InvalidInput: there is such a file already; a key is never overwritten.
+        InvalidInput: the file exists already; a key is never overwritten.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
@@ -67,14 +69,14 @@ def read_key(path: Path) -> KeyPair:
     """Read a key's file.
 
     Raises:
-        NotPermitted: it is missing, is none, does not fit together, or others on this machine can read it.
+        NotPermitted: the file is missing or not a key, its two keys do not match, or other users can read it.
     """
     try:
         key = msgspec.json.decode(read_secret(path, "key"), type=KeyPair)
     except OSError as error:
         raise NotPermitted(f"can't read the key {path}: {error.strerror}; 'orchestrator keys new' makes one") from error
     except UNDECODABLE as error:
-        raise NotPermitted(f"{path} is no key: {error}; 'orchestrator keys new' makes one") from error
+        raise NotPermitted(f"{path} is not a key: {error}; 'orchestrator keys new' makes one") from error
     if not _fits_together(key):
         raise NotPermitted(f"{path} is damaged: its public key is not that of its secret one")
     return key

@@ -1,4 +1,4 @@
-"""What the holder of a key may ask for."""
+"""What the holder of a key may request."""
 
 from protocol.messages import Dismiss, Drain, Hello, Register, Role
 
@@ -8,13 +8,13 @@ MAY_CALL: dict[Role, frozenset[Role]] = {
     Role.AGENT: frozenset({Role.ORCHESTRATOR}),
     Role.ORCHESTRATOR: frozenset(Role),
 }
-"""Whose calls each role answers."""
+"""The roles whose calls each role answers."""
 
 _MAY_DISMISS = frozenset({Role.AGENT, Role.ORCHESTRATOR})
 
 
 def objection(message: object, sender: Role) -> str | None:
-    """Why a message is refused although its sender may call; None if it is fine."""
+    """Why a message is refused although its sender may call; None if it is allowed."""
     match message:
         case Hello() if message.role is not sender:
             return f"a key of the role {sender} can't say Hello as {message.role}"

@@ -1,4 +1,4 @@
-"""Which addresses need a key: all that leave the machine."""
+"""Which addresses need a key: all that other machines can reach."""
 
 import ipaddress
 import re
@@ -14,20 +14,20 @@ _HOST = re.compile(r"tcp://(?:\[(?P<six>[^\]]+)\]|(?P<host>[^:]+)):")
 
 
 class Curve(NamedTuple):
-    """What a client's socket is given: its own key, and the public one that the worker has to prove."""
+    """The keys of a client's socket: its own, and the public key that the worker has to prove."""
 
     own: KeyPair
     server: str
 
 
 class Security(NamedTuple):
-    """How a process speaks between machines: with these credentials, or (`insecure`) with none at all."""
+    """How a process talks to other machines: with credentials, or with `insecure` without any."""
 
     credentials: Credentials | None = None
     insecure: bool = False
 
     def require_role(self, role: Role) -> None:
-        """Raise `NotPermitted` if there is a key, and it is none of this role."""
+        """Raise `NotPermitted` if there is a key of another role."""
         if self.credentials is not None and self.credentials.own.role is not role:
             own = self.credentials.own
             raise NotPermitted(
@@ -36,11 +36,11 @@ class Security(NamedTuple):
             )
 
     def credentials_for(self, address: str) -> Credentials | None:
-        """What a socket at an address is to use: keys on every `tcp://` one where there are any, none on `ipc://`.
+        """The credentials of a socket at an address: those of the process on `tcp://`, None on `ipc://`.
 
         Raises:
-            AddressUnavailable: it is no address.
-            NotPermitted: it leaves the machine, there are no keys, and nobody said that this is meant.
+            AddressUnavailable: it is not an address.
+            NotPermitted: other machines can reach it, and there is neither a key nor `insecure`.
         """
         if ipc_path(check_address(address)) is not None:
             return None
@@ -52,14 +52,14 @@ class Security(NamedTuple):
         return self.credentials
 
     def curve_to(self, address: str, role: Role | None, announced: str = "") -> Curve | None:
-        """What a client's socket to a worker is to use; none where no key is needed.
+        """The keys of a client's socket to a worker; None without keys.
 
         Args:
-            announced: the worker's key, as the orchestrator's table has it.
+            announced: the worker's key in the orchestrator's table; empty if it has none there.
 
         Raises:
-            AddressUnavailable: it is no address to call.
-            NotPermitted: as `credentials_for`; or the worker's key does not count, or is not known.
+            AddressUnavailable: it is not an address that can be called.
+            NotPermitted: as in `credentials_for`; or the worker's key is not valid, or is not known.
         """
         if address.startswith("tcp://*"):
             raise AddressUnavailable(f"{address} is where a worker may bind; to call it, name its host")
@@ -68,7 +68,7 @@ class Security(NamedTuple):
 
 
 def is_local(address: str) -> bool:
-    """Whether an address can be reached from this machine alone."""
+    """Whether only this machine can reach an address."""
     if ipc_path(address) is not None:
         return True
     match = _HOST.match(address)
@@ -82,4 +82,4 @@ def is_local(address: str) -> bool:
 
 
 LOCAL_ONLY = Security()
-"""No keys: good within a machine, refused beyond it."""
+"""Without keys: allowed within a machine, refused beyond it."""

@@ -1,4 +1,4 @@
-"""Writes down who was turned away, without letting a stranger fill the disk with it."""
+"""Logs refused clients, in so few lines that a client can't fill the disk with them."""
 
 import logging
 import threading
@@ -10,7 +10,7 @@ _MOST_KNOWN = 1024
 
 
 class Refusals:
-    """Counts refusals by who and why. May be used from any number of threads."""
+    """Counts refusals by address and reason. May be used by any number of threads."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -23,7 +23,7 @@ class Refusals:
         return self._total
 
     def note(self, address: str, reason: str) -> None:
-        """Somebody at an address was refused; said the first time, and then ever more seldom."""
+        """A client at an address was refused; logged the 1st, 2nd, 4th, 8th … time."""
         with self._lock:
             self._total += 1
             if len(self._counts) >= _MOST_KNOWN:
@@ -33,7 +33,7 @@ class Refusals:
         if times & (times - 1) == 0:
             _log.warning(
                 "refused %s: %s (%d times so far)",
-                address or "somebody at an unknown address",
+                address or "a client at an unknown address",
                 reason,
                 times,
                 extra={"peer": address, "reason": reason},

@@ -1,4 +1,4 @@
-"""Files whose content is a secret."""
+"""Files with secret content."""
 
 import os
 import stat
@@ -10,10 +10,13 @@ _OPEN_TO_OTHERS = stat.S_IRGRP | stat.S_IWGRP | stat.S_IROTH | stat.S_IWOTH
 
 
 def read_secret(path: Path, what: str) -> bytes:
-    """What is in a file that only its owner can read; `what` it is, for people.
+    """The content of a file that only its owner can read.
+
+    Args:
+        what: the file's content, for messages, such as `key`.
 
     Raises:
-        NotPermitted: others on this machine can read it.
+        NotPermitted: other users of this machine can read it.
         OSError: it can't be read.
     """
     if path.stat().st_mode & _OPEN_TO_OTHERS and not _is_mounted(path):
@@ -22,5 +25,5 @@ def read_secret(path: Path, what: str) -> bytes:
 
 
 def _is_mounted(path: Path) -> bool:
-    """Whether it is a file that we could not close: a container's secret is mounted read-only, as the engine likes."""
+    """Whether this process can't change the file's mode: a container engine mounts secrets read-only."""
     return not os.access(path, os.W_OK)

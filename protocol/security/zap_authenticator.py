@@ -1,7 +1,7 @@
-"""Asks of everybody who connects whether their key is allowed here.
+"""Decides for each client that connects whether its key is allowed here.
 
-ZeroMQ asks by its authentication protocol (ZAP, RFC 27) over a socket within the process; pyzmq answers it from a
-thread, and asks us. Whoever has no key that fits fails before that, in ZeroMQ's own handshake: see
+ZeroMQ asks by its authentication protocol (ZAP, RFC 27) over a socket within the process. pyzmq answers in a thread,
+and asks the `ZapAuthenticator`. A client without a valid key fails earlier, in ZeroMQ's own handshake: see
 `protocol.security.handshake_monitor`.
 """
 
@@ -24,8 +24,8 @@ _silent = logging.getLogger(f"{__name__}.zap")
 _silent.setLevel(logging.CRITICAL)
 
 
-class _Authenticator(ThreadAuthenticator):
-    """pyzmq's, which also tells from where somebody knocks."""
+class _AddressedAuthenticator(ThreadAuthenticator):
+    """pyzmq's authenticator, which also passes on the client's IP address."""
 
     def __init__(self, context: "Context", admits: Callable[[str, str], bool]) -> None:
         super().__init__(context, log=_silent)  # pyright: ignore[reportUnknownMemberType]
@@ -34,17 +34,17 @@ class _Authenticator(ThreadAuthenticator):
         self.configure_curve_callback(domain="*", credentials_provider=self)
 
     async def handle_zap_message(self, msg: list[bytes]) -> None:
-        """Answer one question; `callback` is called within."""
+        """Answer one request; `callback` is called meanwhile."""
         self._address = msg[3].decode("ascii", "replace") if len(msg) > 3 else ""
         await super().handle_zap_message(msg)
 
     def callback(self, domain: str, key: bytes) -> bool:
-        """Whether the holder of a public key may come in."""
+        """Whether the holder of a public key may connect."""
         return self._admits(key.decode("ascii"), self._address)
 
 
 class ZapAuthenticator:
-    """Who may call a worker of a role, by their key; every refusal is written down."""
+    """Decides by their keys which clients may call a worker of a role; every refusal is logged."""
 
     def __init__(self, role: Role, credentials: Credentials, refusals: Refusals) -> None:
         self._role = role
@@ -52,7 +52,7 @@ class ZapAuthenticator:
         self._refusals = refusals
 
     def admits(self, key: str, address: str) -> bool:
-        """Whether somebody who has proved to hold `key`, at `address`, may connect."""
+        """Whether a client at an IP address that has proved to hold the public key `key` may connect."""
         reason = self._objection(key)
         if reason is not None:
             self._refusals.note(address, reason)
@@ -65,14 +65,14 @@ class ZapAuthenticator:
         if found.revoked:
             return f"its key {found.name!r} was revoked"
         if found.role not in MAY_CALL[self._role]:
-            return f"its key {found.name!r} is of the role {found.role}, which has no business with {self._role}"
+            return f"its key {found.name!r} is of the role {found.role}, which may not call {self._role}"
         return None
 
 
 @contextmanager
 def guarded(context: "Context", role: Role, credentials: Credentials, refusals: Refusals) -> Generator[None]:
-    """Have all sockets of a context that ask for keys ask a gatekeeper of the role."""
-    authenticator = _Authenticator(context, ZapAuthenticator(role, credentials, refusals).admits)
+    """While inside, a `ZapAuthenticator` of the role decides for all sockets of the context that have keys."""
+    authenticator = _AddressedAuthenticator(context, ZapAuthenticator(role, credentials, refusals).admits)
     authenticator.start()
     try:
         yield

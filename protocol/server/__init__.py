@@ -1,1 +1,1 @@
-"""The side that answers: a worker's socket, its queue of jobs, and its registration with an orchestrator."""
+"""The worker's side: its socket and I/O thread, the queue of jobs, and the registration with an orchestrator."""

@@ -1,7 +1,7 @@
-"""Jobs on their way to the threads that handle them.
+"""A queue of jobs for handler threads.
 
-Of those that are idle, the one that was at work last gets the next job: what it needs is still in its core's caches.
-And it alone is woken, while a `SimpleQueue` wakes a second one with each job, in vain.
+The idle thread that worked last gets the next job, since its core's caches still hold what it needs. Only that thread
+is woken, while a `SimpleQueue` also wakes a second one with each job, in vain.
 """
 
 import threading
@@ -12,7 +12,7 @@ JobT = TypeVar("JobT")
 
 
 class _Idle(Generic[JobT]):
-    """A thread that waits, and the job that it is given."""
+    """A thread that waits, and the job that it was given."""
 
     def __init__(self) -> None:
         self.given: list[JobT] = []
@@ -21,7 +21,7 @@ class _Idle(Generic[JobT]):
 
 
 class Jobs(Generic[JobT]):
-    """A queue with any number of threads at both ends."""
+    """A queue that any number of threads may put to and get from."""
 
     def __init__(self) -> None:
         self._in_use = threading.Lock()
@@ -29,7 +29,7 @@ class Jobs(Generic[JobT]):
         self._idle: list[_Idle[JobT]] = []
 
     def put(self, job: JobT) -> None:
-        """Hand over a job; the threads get them in the order in which they were put."""
+        """Put a job; threads get jobs in the order in which they were put."""
         with self._in_use:
             if not self._idle:
                 self._waiting.append(job)
@@ -39,7 +39,7 @@ class Jobs(Generic[JobT]):
         thread.wakes.release()
 
     def get(self) -> JobT:
-        """Wait for a job. One that is given to a thread which a signal ends meanwhile goes to the next."""
+        """Wait for a job. If a signal handler raises in the waiting thread, the job goes to the next thread."""
         with self._in_use:
             if self._waiting:
                 return self._waiting.popleft()

@@ -1,7 +1,7 @@
-"""The thread behind a worker's socket: it answers what needs no computing, and queues what does.
+"""A worker's I/O thread: it answers pings and handshakes, and queues requests for the handlers.
 
-Pings, handshakes and refusals come from here, so they come also while a handler computes. Requests go to the handlers
-through a queue. Replies are sent by the thread that has computed them, or through a mailbox while the socket is in use.
+So pings, handshakes and refusals are answered also while a handler computes. A reply is sent by the thread that has
+computed it, or through a mailbox while the socket is in use.
 """
 
 import contextlib
@@ -36,7 +36,7 @@ from protocol.messages import (
     State,
     Welcome,
 )
-from protocol.observer import NOBODY, Observer, refused
+from protocol.observer import NO_OBSERVER, Observer, refused
 from protocol.security.guard import Guard
 from protocol.server.jobs import Jobs
 from protocol.server.socket_file import SocketFile
@@ -59,7 +59,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Job:
-    """A request that a handler is to answer; times are seconds of the worker's clock."""
+    """A request for a handler; times are seconds of the worker's clock."""
 
     sender: Part
     number: int
@@ -70,14 +70,19 @@ class Job:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answer:
-    """Parts of a reply, ready to go."""
+    """The parts of a reply, ready to send."""
 
     sender: Part
     parts: list[Part]
 
 
 class Listener:
-    """Owns the socket until it is drained or stopped."""
+    """Owns the worker's socket until the worker is drained or stopped.
+
+    Attributes:
+        jobs: the queue of the handlers' threads; None in it ends a thread.
+        turns: number of turns that the I/O thread has taken.
+    """
 
     def __init__(
         self,
@@ -89,7 +94,7 @@ class Listener:
         timeouts: Timeouts,
         limits: Limits,
         guard: Guard | None = None,
-        observer: Observer = NOBODY,
+        observer: Observer = NO_OBSERVER,
         lacks: Callable[[], tuple[Role, ...]] = tuple,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -115,7 +120,7 @@ class Listener:
         if guard is not None:
             guard.attach(socket)
         self._mailbox: Mailbox[Answer | State | Exception | None] = Mailbox()
-        # Held by the listener's thread while it works, and by a handler's while it sends.
+        # Held by the I/O thread while it works, and by a handler's thread while it sends.
         self._socket_in_use = threading.Lock()
         self._process = psutil.Process()
         self._state = State.STARTING
@@ -129,35 +134,35 @@ class Listener:
 
     @property
     def state(self) -> State:
-        """Where the worker stands; may be asked from any thread."""
+        """The worker's state. May be called from any thread."""
         return State.BUSY if self._state is State.READY and self._in_hand else self._state
 
     def start(self) -> None:
-        """Answer from now on."""
+        """Start the I/O thread."""
         self._thread.start()
 
     def wake(self) -> None:
-        """Have the thread take a turn, which `turns` counts."""
-        self._mailbox.ring()
+        """Make the I/O thread take a turn, which `turns` counts."""
+        self._mailbox.wake()
 
     def ready(self) -> None:
-        """The handlers take jobs."""
+        """The handlers can take jobs."""
         self._mailbox.put(State.READY)
 
     def drain(self) -> None:
-        """Take no more, and end once all that is in hand is answered. May be called from a signal handler."""
+        """Refuse new requests, and end once those in hand are answered. May be called from a signal handler."""
         self._mailbox.put(State.DRAINING)
 
     @property
-    def bell(self) -> int:
-        """For `signal.set_wakeup_fd`: whatever signal comes there, it drains."""
-        return self._mailbox.bell
+    def wakeup_descriptor(self) -> int:
+        """For `signal.set_wakeup_fd`: any signal written to it drains the worker."""
+        return self._mailbox.wakeup_descriptor
 
     def stop(self) -> None:
-        """End now; what waits is refused.
+        """End now, and refuse the requests that wait.
 
         Raises:
-            Exception: what ended this thread before, if that was an error.
+            Exception: the error that ended the I/O thread before, if one did.
         """
         self._mailbox.put(None)
         self._thread.join()
@@ -166,7 +171,7 @@ class Listener:
             raise self._failure
 
     def answer(self, job: Job, reply: Reply, *, queue: float, compute: float) -> None:
-        """Send a job's reply. Called by the handlers' threads, which also encode it.
+        """Encode and send a job's reply. Called by the handlers' threads.
 
         Raises:
             InvalidInput, LimitExceeded: the reply can't be sent.
@@ -176,17 +181,17 @@ class Listener:
         self._mailbox.put_or_handle(answer, self._socket_in_use, self._send_from_here)
 
     def _send_from_here(self) -> None:
-        """Send what was answered, in the place of the listener's thread, which is woken if there is more to do."""
+        """Send the answers in a handler's thread, and wake the I/O thread if it has more to do."""
         if self._socket.closed:
             return
         try:
             self._empty_mailbox()
         except Exception as error:
-            # It is that thread's failure all the same.
+            # It ends the I/O thread, as if that had sent.
             self._mailbox.put(error)
             return
         if self._over or self._state is State.DRAINING or has_input(self._socket):
-            self._mailbox.ring()
+            self._mailbox.wake()
 
     def _run(self) -> None:
         go_first()
@@ -195,7 +200,7 @@ class Listener:
                 self._turn()
                 self.turns += 1
         except Exception as error:
-            _log.exception("the listener has failed")
+            _log.exception("the worker's I/O thread failed")
             self._failure = error
         finally:
             with self._socket_in_use:
@@ -205,15 +210,15 @@ class Listener:
         with self._socket_in_use:
             sockets = (self._socket, *(self._guard.monitors if self._guard else ()))
             descriptors = [self._mailbox.fileno(), *map(descriptor, sockets)]
-            patience = 0 if any(map(has_input, sockets)) else self._file.patience_ms
+            patience = 0 if any(map(has_input, sockets)) else self._file.timeout_ms
         woken = wait_for_input(descriptors, patience)
         with self._socket_in_use:
             if self._mailbox.fileno() in woken:
-                self._mailbox.hear()
+                self._mailbox.clear_wakeups()
                 self._empty_mailbox()
             if self._guard is not None:
-                self._guard.look()
-            self._file.keep()
+                self._guard.read_events()
+            self._file.restore_if_missing()
             for arrival in arrivals(self._socket, self._limits, keyed=self._guard is not None):
                 self._take(arrival)
             self._end_if_drained()
@@ -234,7 +239,7 @@ class Listener:
             self._state = State.DRAINING
 
     def _take(self, arrival: Arrival) -> None:
-        """Answer or queue one message; nothing that a peer sends ends this thread."""
+        """Answer or queue one message; no message ends this thread."""
         sender, *message = arrival.parts
         try:
             envelope = open_envelope(message, self._limits)
@@ -262,7 +267,7 @@ class Listener:
             case Request():
                 self._queue(sender, header, message)
             case _:
-                reason = f"{type(message).__name__} is no request"
+                reason = f"{type(message).__name__} is not a request"
                 self._reply(sender, header.request, Failure(code="unsupported", message=reason))
 
     def _queue(self, sender: Part, header: RequestHeader, request: Request[Any]) -> None:
@@ -290,7 +295,7 @@ class Listener:
         return self._welcome
 
     def pong(self) -> Pong:
-        """How the worker is; may be asked from any thread."""
+        """The worker's state and counters. May be called from any thread."""
         return Pong(
             incarnation=self.incarnation,
             state=self.state,
@@ -307,11 +312,11 @@ class Listener:
 
     def _deliver(self, sender: Part, parts: list[Part]) -> None:
         if not send(self._socket, [sender, *parts]):
-            _log.debug("a reply was dropped: its client is gone or takes nothing")
+            _log.debug("a reply was dropped: its client has gone or does not read")
 
     def _count_malformed(self, error: ProtocolError) -> None:
         self._malformed += 1
-        # The first one and then ever fewer: a peer that sends garbage must not fill the disk with what we say about it.
+        # At the 1st, 2nd, 4th, 8th …: a peer that sends garbage must not fill the disk with log lines.
         if self._malformed & (self._malformed - 1) == 0:
             _log.warning("%d malformed messages so far; the last one: %s", self._malformed, error)
 
@@ -333,7 +338,7 @@ class Listener:
 
 
 def _request_number(message: list[Part]) -> int | None:
-    """The id of a request that may be malformed otherwise, its header as well, so that its sender can be told."""
+    """The id of a malformed request, if its header has one, so that its sender can be answered."""
     with contextlib.suppress(ProtocolError, IndexError):
         return decode_header(message[1], RequestNumber).request
     return None

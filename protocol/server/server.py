@@ -2,7 +2,7 @@
 
     Starting ──start() returned──▶ Ready ⇄ Busy ──SIGTERM, SIGINT or Drain──▶ Draining ──all answered──▶ gone
 
-All that a network needs (handshakes, pings, deadlines, limits, refusals, drain) is here; a handler is a function.
+`serve` does what the network needs (handshakes, pings, deadlines, limits, refusals, drain); a handler is a function.
 """
 
 import logging
@@ -22,24 +22,25 @@ from protocol.failure import failure_of, internal
 from protocol.limits import DEFAULT_LIMITS, Limits
 from protocol.message import Reply, Request
 from protocol.messages import Failure, Role
-from protocol.observer import NOBODY, Observer, handled, refused
+from protocol.observer import NO_OBSERVER, Observer, handled, refused
 from protocol.security import LOCAL_ONLY, Security
 from protocol.security.guard import guard_of
 from protocol.server.listener import Job, Listener
-from protocol.server.worker_registration import WorkerRegistration, registered
+from protocol.server.registration_settings import RegistrationSettings
+from protocol.server.worker_registration import registered
 from protocol.system.priority import let_others_go_first
 from protocol.system.signals import ENDING, signals_handled, signals_written_to
 from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 from protocol.transport.sockets import Context, bind_router, open_context
 
 Handlers: TypeAlias = Mapping[type[Request[Any]], Callable[[Any], Reply]]
-"""Which function answers which request."""
+"""The function that answers each type of request."""
 
 _log = logging.getLogger(__name__)
 
 
 class _StartInterrupted(BaseException):
-    """A signal came before there was anything to finish."""
+    """A signal came while the worker started, so it has nothing to finish."""
 
 
 def serve(
@@ -53,34 +54,56 @@ def serve(
     timeouts: Timeouts = DEFAULT_TIMEOUTS,
     limits: Limits = DEFAULT_LIMITS,
     context: Context | None = None,
-    membership: WorkerRegistration | None = None,
+    registration: RegistrationSettings | None = None,
     failpoint: Failpoint = no_failpoint,
     security: Security = LOCAL_ONLY,
-    observer: Observer = NOBODY,
+    observer: Observer = NO_OBSERVER,
     calls: Mapping[Role, Pool] | None = None,
     hand_over: Callable[[Callable[[], None]], None] = lambda drain: None,
 ) -> None:
-    """Serve until SIGTERM, SIGINT, `Drain` or the orchestrator's end, then finish what is in hand and return.
+    """Serve until SIGTERM, SIGINT, `Drain` or the orchestrator's end, then finish the requests in hand and return.
 
-    The address answers at once, in state STARTING, while `start` loads what the handlers need; requests that come then
-    wait. Handlers run in the calling thread and in `concurrency - 1` more. A reply's arrays are not copied: a handler
-    gives them away, and must not write to them again.
+    The address answers at once, in state STARTING, while `start` loads what the handlers need; requests that arrive
+    meanwhile wait. Handlers run in the calling thread and in `concurrency - 1` more. A reply's arrays are not copied:
+    a handler must not write to them after it has returned them.
+
+    >>> from threading import Thread
+    >>> from protocol import Client, serve
+    >>> from protocol.messages import Drain, Lookup, Role, Workers
+    >>> def lookup(request: Lookup) -> Workers:
+    ...     return Workers(workers=())
+    >>> options = {"role": Role.ORCHESTRATOR, "bind": "ipc://registry"}
+    >>> worker = Thread(target=serve, args=(lambda: {Lookup: lookup},), kwargs=options)
+    >>> worker.start()
+    >>> with Client("ipc://registry", role=Role.AGENT) as client:
+    ...     client.call(Lookup(role=Role.RENDER))
+    ...     client.call(Drain())
+    Workers(workers=())
+    Drained()
+    >>> worker.join()
 
     Args:
-        computes: whether handlers take long. Then the priority of the calling thread is lowered, for good, so that
-            threads that carry messages go before it.
-        membership: the orchestrator that the worker registers with; without one it works alone.
-        failpoint: reached at `reply-render`, or whatever the role is, before a reply is handed over.
-        security: the keys to be spoken to under, and to speak with the orchestrator; without any, only within this
-            machine.
+        start: loads what the handlers need, and returns them.
+        role: the role of this process.
+        bind: the address to serve at.
+        capabilities: what the worker says of itself in its `Welcome`.
+        concurrency: number of threads that run handlers.
+        computes: whether handlers take long. If so, the priority of the calling thread is lowered for good, so that the
+            threads that carry messages run first.
+        registration: the orchestrator to register with; without it, the worker registers nowhere.
+        failpoint: reached at `reply-ROLE`, such as `reply-render`, before a reply is sent.
+        security: the keys of this process; without keys it serves only this machine.
         observer: told of the worker, and of each request that is over.
-        calls: the workers that handlers call, by role; they are watched, and clients are told where none is at work.
-        hand_over: given what drains the worker, which may be called from any thread, before it answers anybody.
+        calls: the pools that handlers call, by role. Their workers are pinged all the time, and a pong names the roles
+            of which none is at work.
+        hand_over: called with the function that drains the worker, before the worker answers; that function may be
+            called from any thread.
 
     Raises:
-        AddressUnavailable: `bind` is in use or can't be served, or the orchestrator's address is none.
-        NotPermitted: `bind` can be reached from other machines, and there is no key.
-        Exception: whatever `start` raises, after all that waits was refused.
+        AddressUnavailable: `bind` is in use or can't be served, or the orchestrator's address is not one.
+        NotPermitted: `bind` can be reached from other machines, and `security` has no key.
+        InvalidInput: `concurrency` is below 1.
+        Exception: any error of `start`, after all waiting requests were refused.
     """
     if concurrency < 1:
         raise InvalidInput(f"a worker has one handler thread or more, not {concurrency}")
@@ -98,18 +121,18 @@ def serve(
             lacks=partial(lacking, calls or {}),
         )
         for pool in (calls or {}).values():
-            pool.watch()
+            pool.monitor()
         _log.info("%s listens at %s", role, bind, extra={"incarnation": listener.incarnation})
         hand_over(listener.drain)
-        enrolling = nullcontext() if membership is None else registered(membership, listener, bind, timeouts, security)
+        registering = registered(registration, listener, bind, timeouts, security) if registration else nullcontext()
         with _drain_by_signal(listener):
             load = partial(_load_low, start) if computes else start
-            _run(listener, load, enrolling, concurrency, partial(failpoint, f"reply-{role}"))
+            _run(listener, load, registering, concurrency, partial(failpoint, f"reply-{role}"))
         _log.info("%s at %s has ended", role, bind)
 
 
 def _load_low(start: Callable[[], Handlers]) -> Handlers:
-    # Before anything is loaded: threads of libraries take their priority from who starts them.
+    # Before anything is loaded: the threads of libraries inherit the priority of the thread that starts them.
     let_others_go_first()
     return start()
 
@@ -117,15 +140,15 @@ def _load_low(start: Callable[[], Handlers]) -> Handlers:
 def _run(
     listener: Listener,
     load: Callable[[], Handlers],
-    enrolling: AbstractContextManager[None],
+    registering: AbstractContextManager[None],
     concurrency: int,
     before_reply: Callable[[], None],
 ) -> None:
-    # First: whoever has had an answer from the worker finds it observed.
+    # First, so that the worker is observed before it answers anything.
     listener.observer.attend(listener)
     listener.start()
     try:
-        with enrolling:
+        with registering:
             with _interruption_by_signal():
                 handlers = load()
             listener.ready()
@@ -173,7 +196,7 @@ def _answer(listener: Listener, job: Job, reply: Reply, *, queue: float, compute
 
 
 def _refusal(job: Job, handlers: Handlers, now: float) -> Failure | None:
-    """Why a request is not handled at all."""
+    """Why a request is not handled; None if it is."""
     name = type(job.request).__name__
     if type(job.request) not in handlers:
         return Failure(code="unsupported", message=f"this worker does not answer {name}")
@@ -195,7 +218,7 @@ def _reply_to(job: Job, handler: Callable[[Any], Reply], now: float) -> Reply:
     wanted = reply_type(type(job.request))
     if not isinstance(reply, wanted):
         _log.error("the handler of %s returned a %s, not a %s", name, type(reply).__name__, wanted.__name__)
-        return internal(f"the handler of {name} returned something else than a {wanted.__name__}")
+        return internal(f"the handler of {name} did not return a {wanted.__name__}")
     return reply
 
 
@@ -221,5 +244,5 @@ def _drain_by_signal(listener: Listener) -> Generator[None]:
 
     # A process that was stopped may get its signals in any thread, and a main thread that waits for a job sleeps on.
     # The listener is told in any case, and its end is the end of that wait.
-    with signals_handled(ENDING, drain), signals_written_to(listener.bell):
+    with signals_handled(ENDING, drain), signals_written_to(listener.wakeup_descriptor):
         yield

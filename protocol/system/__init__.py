@@ -1,1 +1,1 @@
-"""What the operating system gives a process and refuses it: its start, locks, descriptors, home, streams and end."""
+"""A process and its operating system: signals, streams, logs, locks, descriptors, priorities, and exit codes."""

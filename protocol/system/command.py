@@ -1,4 +1,4 @@
-"""A command that a room offers to people: it ends with a sentence and an exit code, whatever ended it."""
+"""Runs a command, which ends with an exit code, and after an error with a sentence."""
 
 import logging
 import sys
@@ -14,7 +14,7 @@ _log = logging.getLogger(__name__)
 
 
 def run_command(work: Callable[[], None]) -> int:
-    """Do what a command is for, with what it logs shown on stderr; returns its exit code."""
+    """Call `work` with its log on stderr; returns the exit code."""
     with prepared_streams():
         logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
         try:

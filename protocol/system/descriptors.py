@@ -1,7 +1,7 @@
-"""Whether there are file descriptors enough for what is to be opened.
+"""Whether enough file descriptors are free.
 
-ZeroMQ ends the whole process where it finds none, or waits for ever, depending on which one it lacks. So who is about
-to open something with it asks here first.
+Without a free one ZeroMQ aborts the process or waits for ever, depending on what it opens. So check here before opening
+anything with it.
 """
 
 import os
@@ -9,14 +9,14 @@ import os
 from protocol.errors import Unavailable
 
 SPARE = 24
-"""What opening anything leaves free: a client takes some ten, and others may open something at the same moment."""
+"""Descriptors that have to be free: a client takes some ten, and other threads may open files at the same moment."""
 
 
 def require_descriptors(count: int = SPARE) -> None:
-    """Make sure that so many files can be opened.
+    """Make sure that the process can open `count` more files.
 
     Raises:
-        Unavailable: they can't; the message tells the limit and how to raise it.
+        Unavailable: it can't; the message says how to raise the limit.
     """
     opened: list[int] = []
     try:

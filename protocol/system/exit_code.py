@@ -1,4 +1,4 @@
-"""What a process says with its end, so that whoever started it knows whether to start it again."""
+"""Exit codes, which tell the parent process whether to restart a process."""
 
 import logging
 from enum import IntEnum
@@ -10,23 +10,23 @@ _MAY_PASS = (CallFailed, MalformedMessage)
 
 
 class ExitCode(IntEnum):
-    """How a process ended. Any other code, and any signal, is to be read as `FAILED`."""
+    """How a process ended. Any other code, and any signal, means `FAILED`."""
 
     DONE = 0
-    """It did what it was for, or was asked to end, or ended since its orchestrator was gone."""
+    """It finished its work, was asked to end, or ended because its orchestrator was gone."""
 
     HOPELESS = 2
-    """It can never work as it was started; starting it again changes nothing. A wrong command line ends so too."""
+    """It can't work with its arguments and files, so a restart changes nothing; also after a wrong command line."""
 
     FAILED = 3
-    """It failed for now; started again, it may work."""
+    """It failed, and may work after a restart."""
 
 
 def exit_code_of(error: BaseException) -> ExitCode:
-    """How a process ends that an error ended.
+    """The exit code after an error.
 
-    What another process or a disk did to us may pass; what was refused on purpose will be refused again; and nothing is
-    known of an error that nobody thought of.
+    An error of another process or of a disk may pass, and so may an unexpected one. An error that Vantage raises on
+    purpose would be raised again.
     """
     if isinstance(error, VantageError) and not isinstance(error, _MAY_PASS):
         return ExitCode.HOPELESS
@@ -34,9 +34,9 @@ def exit_code_of(error: BaseException) -> ExitCode:
 
 
 def logged_exit_code_of(error: VantageError | OSError, log: logging.Logger) -> ExitCode:
-    """Log what ended a process, for whoever started it to quote, and return its exit code.
+    """Log the error that ends the process, which the parent process quotes, and return the exit code.
 
-    Where the system refused something the log has the traceback as well; people are told the sentence alone.
+    An error of the system is logged with its traceback as well.
     """
     refused = isinstance(error, OSError)
     words = sentence(error) if refused else str(error)

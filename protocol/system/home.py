@@ -1,4 +1,4 @@
-"""The user's home directory, which who runs in a container under any number may not have."""
+"""The user's home directory, which a user without a name, as in a container, may not have."""
 
 import os
 import tempfile
@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def home_directory() -> Path | None:
-    """Where the user is at home; None for one whom the system does not know and who has not set HOME."""
+    """The home directory; None if the system does not know the user and HOME is not set."""
     try:
         return Path.home()
     except RuntimeError:
@@ -17,7 +17,7 @@ def home_directory() -> Path | None:
 
 @contextmanager
 def home_at_hand() -> Generator[None]:
-    """While inside there is a home, if need be an empty one: for libraries that can't be loaded without."""
+    """While inside, HOME exists, if need be as an empty directory: some libraries can't be loaded without."""
     if home_directory() is not None:
         yield
         return

@@ -1,4 +1,4 @@
-"""Logs for machines: one JSON object a line on stderr."""
+"""Logs for programs: one JSON object a line on stderr."""
 
 import logging
 import sys
@@ -33,7 +33,7 @@ class JsonLines(logging.Formatter):
 
 
 def configure(role: str, *, level: int = logging.INFO, stream: TextIO | None = None) -> None:
-    """Send this process's logs and warnings to `stream` (stderr) as JSON lines, in place of what was set up before."""
+    """Write this process's logs and warnings to `stream` (stderr) as JSON lines, and remove other handlers."""
     handler = json_lines_to(stream or sys.stderr, role)
     root = logging.getLogger()
     for old in root.handlers[:]:
@@ -44,7 +44,7 @@ def configure(role: str, *, level: int = logging.INFO, stream: TextIO | None = N
 
 
 def json_lines_to(stream: TextIO, role: str) -> logging.Handler:
-    """What writes records to a stream as JSON lines: in UTF-8, as JSON is, whatever people's encoding there."""
+    """A handler that writes records to a stream as JSON lines, in UTF-8."""
     in_utf8(stream)
     handler = logging.StreamHandler(stream)
     handler.setFormatter(JsonLines(role))

@@ -1,9 +1,8 @@
-"""Which threads go first where there are more of them than cores.
+"""Scheduling of threads, where there are more threads than cores.
 
-A thread that carries messages works for microseconds and is waited for; one that computes works as long as it is let.
-Left alike, each of the threads that a message passes through waits its turn behind the computing ones. So those that
-carry ask for short slices of a core, for which Linux (6.12 and newer) interrupts a longer one, and those that compute
-give themselves a lower priority.
+An I/O thread works for microseconds while others wait for it; a computing thread works without a pause. With equal
+priority, every I/O thread that a message passes through would wait for computing threads. So I/O threads request short
+time slices, for which Linux (6.12 and newer) interrupts longer ones, and computing threads lower their own priority.
 """
 
 import contextlib
@@ -18,10 +17,10 @@ from contextlib import contextmanager
 _COMPUTING = 10
 
 _LOCK_HELD = 0.001
-"""Seconds that a thread keeps Python's lock while another wants it; Python's own choice is 0.005."""
+"""Seconds that a thread keeps Python's global lock while another waits for it; Python's default is 0.005."""
 
 _SHORT_SLICE = 100_000
-"""Nanoseconds: the shortest that Linux gives."""
+"""Nanoseconds: the shortest slice that Linux allows."""
 
 _USUAL_SLICE = 0
 _SCHED_SETATTR = {"x86_64": 314, "aarch64": 274}
@@ -29,9 +28,9 @@ _SCHED_OTHER = 0
 
 
 def let_others_go_first() -> None:
-    """Give the calling thread, and those that it starts from then on, a lower priority. It can't be taken back.
+    """Lower the priority of the calling thread, and of threads that it starts from then on, for good.
 
-    Whoever computes in Python also gives its lock away sooner, in all of the process.
+    In the whole process, a thread that computes in Python also releases the global lock sooner.
     """
     sys.setswitchinterval(_LOCK_HELD)
     if sys.platform != "linux":
@@ -43,13 +42,13 @@ def let_others_go_first() -> None:
 
 
 def go_first() -> None:
-    """Have the calling thread, and those that it starts from then on, interrupt others for short pieces of work."""
+    """Let the calling thread, and threads that it starts from then on, interrupt others for short pieces of work."""
     _ask_for_slices(_SHORT_SLICE)
 
 
 @contextmanager
 def going_first() -> Generator[None]:
-    """What is started within goes first; the calling thread afterwards as usual."""
+    """Threads started inside go first; the calling thread is scheduled as usual afterwards."""
     go_first()
     try:
         yield
@@ -74,7 +73,7 @@ class _SchedulingAttributes(ctypes.Structure):
 
 def _ask_for_slices(nanoseconds: int) -> None:
     number = _SCHED_SETATTR.get(platform.machine())
-    # Whoever gave the process another policy knows better.
+    # A scheduling policy that the process was given stays.
     if sys.platform != "linux" or number is None or os.sched_getscheduler(0) != _SCHED_OTHER:
         return
     attributes = _SchedulingAttributes(
@@ -83,5 +82,5 @@ def _ask_for_slices(nanoseconds: int) -> None:
         nice=os.getpriority(os.PRIO_PROCESS, threading.get_native_id()),
         runtime=nanoseconds,
     )
-    # Older systems pass over the slice, and a sandbox may forbid the call; then everything works, only slower.
+    # Older systems ignore the slice, and a sandbox may forbid the call; then everything works, only slower.
     ctypes.CDLL(None).syscall(number, 0, ctypes.byref(attributes), 0)

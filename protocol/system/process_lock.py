@@ -1,4 +1,4 @@
-"""A lock that a fork does not leave held for ever."""
+"""A lock that can still be acquired after a fork."""
 
 import os
 import threading
@@ -6,10 +6,10 @@ from types import TracebackType
 
 
 class ProcessLock:
-    """A lock for the threads of a process, of which each process has its own.
+    """A lock for the threads of a process; a forked process has a lock of its own.
 
-    A process may be forked while another thread holds a lock. That thread is not there in the child, where an ordinary
-    lock would never be free again.
+    A process may be forked while another thread holds a lock. The child has no such thread, so an ordinary lock would
+    never be released there.
     """
 
     def __init__(self) -> None:

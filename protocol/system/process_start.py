@@ -1,7 +1,6 @@
-"""When a process was started, on a clock that nobody can set: with its number, this tells it from all others.
+"""When a process was started, on a clock that can't be set: together with its pid, this identifies a process.
 
-A start in seconds since 1970 is no such thing: the system computes it from the wall clock, and tells another one each
-time that this is set.
+A start in seconds since 1970 would not do: the system computes it from the wall clock, so it changes when that is set.
 """
 
 import os
@@ -22,8 +21,8 @@ class ProcessStart(Struct, frozen=True):
     """When a process was started.
 
     Attributes:
-        boot: the id of the system's boot; empty where the system has none.
-        ticks: of the system's clock from that boot on; where there is no `/proc`, hundredths of a second since 1970.
+        boot: the id of the system's boot; empty if the system has none.
+        ticks: of the system's clock since that boot; without `/proc`, hundredths of a second since 1970.
     """
 
     boot: str
@@ -31,21 +30,21 @@ class ProcessStart(Struct, frozen=True):
 
     @property
     def age(self) -> float:
-        """Seconds since then, those included in which the machine slept."""
+        """Seconds since then, including those in which the machine slept."""
         if not self.boot:
             return max(0.0, time.time() - self.ticks / _TICKS_OTHERWISE)
         return max(0.0, time.clock_gettime(time.CLOCK_BOOTTIME) - self.ticks / os.sysconf("SC_CLK_TCK"))
 
 
 def process_start(pid: int, proc: Path = _PROC) -> ProcessStart | None:
-    """When the process of a number was started; None where there is none.
+    """When the process with a pid was started; None if there is none.
 
     Args:
-        proc: where the system tells of its processes.
+        proc: the mount point of procfs.
     """
     try:
         boot = (proc / "sys/kernel/random/boot_id").read_text().strip()
-        # A name may have spaces and parentheses in it, and bytes that are no text.
+        # A process's name may have spaces, parentheses, and bytes that are not text.
         after_name = (proc / str(pid) / "stat").read_bytes().rpartition(b")")[2].split()
         return ProcessStart(boot, int(after_name[_START_AFTER_NAME]))
     except (ProcessLookupError, IndexError):
@@ -60,7 +59,7 @@ def own_start() -> ProcessStart | None:
 
 
 def _start_by_wall_clock(pid: int) -> ProcessStart | None:
-    """Where no boot has a name; such systems keep the wall clock's time of the start and don't compute it anew."""
+    """For systems without boot ids; they store the wall clock's time of the start, and don't compute it again."""
     try:
         return ProcessStart("", round(psutil.Process(pid).create_time() * _TICKS_OTHERWISE))
     except psutil.Error:

@@ -1,4 +1,4 @@
-"""A command's stdout and stderr: in whatever encoding, closed before it began, or gone while it works."""
+"""A command's stdout and stderr, which may have any encoding, be closed at the start, or break while it works."""
 
 import io
 import logging
@@ -17,10 +17,10 @@ _log = logging.getLogger(__name__)
 def prepared_streams() -> Generator[None]:
     """While inside, a command's streams fail only where that matters.
 
-    stdout and stderr replace what they can't show, no file of ours takes the place of one that was closed before, and
-    what is said on stderr to nobody is dropped.
+    stdout and stderr replace characters that they can't encode. A stream that was closed at the start gets /dev/null,
+    so that no other file gets its descriptor. Text to a broken stderr is dropped.
     """
-    _take_places_of_closed_ones()
+    _replace_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         _reconfigure(stream, errors="replace")
     with redirect_stderr(LastingStream(sys.stderr)):
@@ -28,7 +28,7 @@ def prepared_streams() -> Generator[None]:
 
 
 class LastingStream(io.TextIOBase):
-    """A stream to somebody who may go: what is written after that is dropped, and the work goes on."""
+    """A stream whose reader may end: text written afterwards is dropped, and the work continues."""
 
     def __init__(self, stream: TextIO) -> None:
         super().__init__()
@@ -37,15 +37,15 @@ class LastingStream(io.TextIOBase):
 
     @property
     def encoding(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The stream's."""
+        """The stream's encoding."""
         return self._stream.encoding or "utf-8"
 
     def isatty(self) -> bool:
-        """Whether a person is there."""
+        """Whether the stream is a terminal."""
         return self._stream.isatty()
 
     def fileno(self) -> int:
-        """The stream's."""
+        """The stream's descriptor."""
         return self._stream.fileno()
 
     def reconfigure(self, *, encoding: str | None = None, errors: str | None = None) -> None:
@@ -53,7 +53,7 @@ class LastingStream(io.TextIOBase):
         _reconfigure(self._stream, encoding, errors)
 
     def write(self, text: str, /) -> int:
-        """Write it if somebody is there."""
+        """Write the text, unless the stream is broken."""
         if not self._lost:
             try:
                 self._stream.write(text)
@@ -62,7 +62,7 @@ class LastingStream(io.TextIOBase):
         return len(text)
 
     def flush(self) -> None:
-        """Have what was written shown."""
+        """Flush the stream, unless it is broken."""
         if not self._lost:
             try:
                 self._stream.flush()
@@ -72,11 +72,11 @@ class LastingStream(io.TextIOBase):
     def _lose(self, error: OSError) -> None:
         self._lost = True
         discard(self._stream)
-        _log.warning("nothing is shown any more, since nobody reads stderr: %s", reason(error))
+        _log.warning("nothing is shown any more, since stderr is broken: %s", reason(error))
 
 
 def discard(stream: TextIO) -> None:
-    """Let what was or will be written to a stream that is gone go nowhere, so that the end of the process can."""
+    """Redirect a broken stream to /dev/null, so that flushing it at the end of the process does not fail."""
     with suppress(OSError, ValueError):
         nothing = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nothing, stream.fileno())
@@ -85,16 +85,16 @@ def discard(stream: TextIO) -> None:
 
 
 def in_utf8(stream: object) -> None:
-    """Have a stream encode what is written to it as UTF-8, whatever people's encoding there."""
+    """Make a stream encode as UTF-8, in any locale."""
     _reconfigure(stream, "utf-8", "backslashreplace")
 
 
-def _take_places_of_closed_ones() -> None:
-    # In this order: the system gives the lowest number that is free.
+def _replace_closed_streams() -> None:
+    # In this order: the system assigns the lowest free descriptor.
     if sys.stdin is None:
         sys.stdin = os.fdopen(_nothing(os.O_RDONLY))
     if sys.stdout is None:
-        # Not for writing: what was to be read by somebody is then refused as it would be by the closed one.
+        # Not for writing, so that output which a program should read fails, as it would on the closed stream.
         sys.stdout = os.fdopen(_nothing(os.O_RDONLY), "w")
     if sys.stderr is None:
         sys.stderr = os.fdopen(_nothing(os.O_WRONLY), "w")

@@ -1,5 +1,5 @@
-"""How a process tells monitors how it is, over HTTP: whether it lives and is ready, what it is, and its metrics.
+"""A process's HTTP endpoints for monitors: liveness, readiness, information and metrics.
 
-A process without `--http` serves nothing of this, and needs none of the libraries: import the modules here that need
-FastAPI, uvicorn or prometheus_client (`app`, `http`, `metrics`) only where it is served. See docs/metrics.md.
+A process without `--http` serves none of them and needs none of the libraries. So import the modules that need FastAPI,
+uvicorn or prometheus_client (`app`, `http`, `metrics`) only inside the functions that serve. See docs/metrics.md.
 """

@@ -22,7 +22,12 @@ _TEXT = {"content": {"text/plain": {"schema": {"type": "string"}}}}
 
 
 class Control(NamedTuple):
-    """Who may end a process, and how that is begun."""
+    """What a caller needs to end the process, and the function that ends it.
+
+    Attributes:
+        token: the bearer token that a caller has to send.
+        stop: asks the process to end.
+    """
 
     token: str
     stop: Callable[[], None]
@@ -30,10 +35,10 @@ class Control(NamedTuple):
 
 def telemetry_app(subject: Subject, registry: CollectorRegistry, control: Control | None = None) -> FastAPI:
     """The endpoints of a process, with its metrics from `registry`; without `control`, nothing can be changed."""
-    # Without the pages that show the document: they load scripts from elsewhere.
+    # Without FastAPI's documentation pages, which load scripts from other sites.
     app = FastAPI(title="Vantage: how a process is", version="1", docs_url=None, redoc_url=None)
 
-    # Coroutines, all of them: nothing here waits for long, and others would be given threads.
+    # All handlers are coroutines: none waits for long, and FastAPI would run plain functions in threads.
     async def live() -> Response:
         """Whether the threads that carry the process's messages answer."""
         state = await liveness(subject.threads())
@@ -78,7 +83,7 @@ def _add_control(app: FastAPI, control: Control) -> None:
 
 
 def _answer(body: Struct, *, ok: bool) -> Response:
-    # Asked again each time: what was so a moment ago is of no use.
+    # A monitor needs the current state, so no cache may keep the answer.
     headers = {"Cache-Control": "no-store"}
     return Response(msgspec.json.encode(body), 200 if ok else 503, headers, "application/json")
 

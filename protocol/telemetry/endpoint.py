@@ -1,4 +1,4 @@
-"""Where a process answers monitors: a host and a port, and the option that every command line has for it."""
+"""The HTTP endpoint of a process, and the command line's options for it."""
 
 import argparse
 from collections.abc import Mapping
@@ -15,10 +15,11 @@ _LARGEST_PORT = 65535
 
 
 class Endpoint(Struct, frozen=True):
-    """A host's name or number and a TCP port; port 0 is one that the system chooses.
+    """A host name or IP address, and a TCP port.
 
     Attributes:
-        token: what control calls have to show; where it is empty there are none. It is never printed.
+        port: 0 for a port that the system chooses.
+        token: that control calls have to send; empty without control calls. It is never printed.
     """
 
     host: str
@@ -27,7 +28,7 @@ class Endpoint(Struct, frozen=True):
 
     @property
     def is_loopback(self) -> bool:
-        """Whether only this machine gets there."""
+        """Whether only this machine can reach it."""
         return self.host in ("localhost", "::1") or self.host.startswith("127.")
 
     def __repr__(self) -> str:
@@ -38,20 +39,20 @@ class Endpoint(Struct, frozen=True):
 
 
 def parse_endpoint(text: str) -> Endpoint:
-    """The endpoint that `8000`, `:8000`, `gpu-box:8000` or `[::1]:8000` names; without a host, this machine alone.
+    """The endpoint that `8000`, `:8000`, `gpu-box:8000` or `[::1]:8000` names; without a host, the loopback.
 
     Raises:
-        InvalidInput: it names none.
+        InvalidInput: the text names no endpoint.
     """
     host, _, port = text.rpartition(":")
     bare = host[1:-1] if host.startswith("[") and host.endswith("]") else host
     if not (port.isascii() and port.isdecimal()) or int(port) > _LARGEST_PORT or (":" in bare and bare == host):
-        raise InvalidInput(f"{text!r} is no place to serve HTTP; write a port or HOST:PORT, such as 8000 or [::1]:8000")
+        raise InvalidInput(f"{text!r} is not an HTTP endpoint; write a port or HOST:PORT, such as 8000 or [::1]:8000")
     return Endpoint(bare or LOOPBACK, int(port))
 
 
 def add_http_options(parser: argparse.ArgumentParser) -> None:
-    """`--http` and `--http-token`."""
+    """Add `--http` and `--http-token`."""
     parser.add_argument(
         "--http",
         type=_argument,
@@ -67,17 +68,17 @@ def add_http_options(parser: argparse.ArgumentParser) -> None:
 
 
 def endpoint_of(options: argparse.Namespace, environment: Mapping[str, str]) -> Endpoint | None:
-    """What the options come to; None where nothing is to be served.
+    """The endpoint that the options name; None without `--http`.
 
     Raises:
-        InvalidInput: a token, and nowhere to show it.
+        InvalidInput: a token without an endpoint.
         NotPermitted: see `token_from`.
     """
     return endpoint_from(options.http, options.http_token, environment)
 
 
 def endpoint_from(at: Endpoint | None, token: Path | None, environment: Mapping[str, str]) -> Endpoint | None:
-    """As `endpoint_of`, from the options' values."""
+    """The same as `endpoint_of`, from the options' values."""
     if at is None:
         if token is not None:
             raise InvalidInput("--http-token lets callers of --http end this process; it needs --http")

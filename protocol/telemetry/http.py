@@ -1,4 +1,4 @@
-"""An app behind a port, served from a thread of its own."""
+"""Serves an HTTP app in a thread of its own."""
 
 import logging
 import socket
@@ -16,29 +16,29 @@ from protocol.telemetry.endpoint import Endpoint
 _log = logging.getLogger(__name__)
 
 _LONGEST_GOODBYE = 3.0
-"""Seconds that the end waits for the thread; a process' end waits no longer for a monitor."""
+"""Seconds that the process, as it ends, waits for the HTTP thread."""
 
 _LONGEST_REQUEST = 1
-"""Seconds that a request may still take once the end has come."""
+"""Seconds that a request may still take once the server stops."""
 
 _BACKLOG = 64
 
 
 @contextmanager
 def served(app: FastAPI, at: Endpoint) -> Generator[Endpoint]:
-    """Answer HTTP for as long as this is open; gives where, with the port that the system chose for port 0.
+    """Serve HTTP while inside; yields the endpoint, with the port that the system chose for port 0.
 
     Raises:
-        AddressUnavailable: the port is in use, or the host is none of this machine's.
+        AddressUnavailable: the port is in use, or this machine does not have the host's address.
     """
     with closing(_listening(at)) as listening:
         bound = replace(at, port=int(listening.getsockname()[1]))
         server = uvicorn.Server(_config(app))
         thread = threading.Thread(target=_serve, args=(server, listening), name="http", daemon=True)
         thread.start()
-        _log.info("how this process is: http://%s", bound)
+        _log.info("health and metrics of this process: http://%s", bound)
         if not bound.is_loopback:
-            _log.warning("anyone who gets to %s may read how this process is; nothing of it is encrypted", bound)
+            _log.warning("every machine that reaches %s can read this process's health and metrics, unencrypted", bound)
         try:
             yield bound
         finally:
@@ -47,7 +47,7 @@ def served(app: FastAPI, at: Endpoint) -> Generator[Endpoint]:
 
 
 def _config(app: FastAPI) -> uvicorn.Config:
-    """Uvicorn as a guest: it sets up no logging, and since it runs in a thread, handles no signals either."""
+    """Uvicorn without logging of its own; since it runs in a thread, it handles no signals either."""
     return uvicorn.Config(
         app,
         loop="asyncio",
@@ -67,7 +67,7 @@ def _serve(server: uvicorn.Server, listening: socket.socket) -> None:
     try:
         server.run(sockets=[listening])
     except Exception:
-        _log.exception("this process answers no HTTP any more")
+        _log.exception("the HTTP thread failed; this process answers no HTTP any more")
 
 
 def _listening(at: Endpoint) -> socket.socket:
@@ -79,12 +79,13 @@ def _listening(at: Endpoint) -> socket.socket:
     except OSError as error:
         raise AddressUnavailable(f"HTTP can't be served at {at}: {error.strerror}") from error
     try:
-        # A port that a process before this one has used may still have old connections.
+        # The port may still have old connections of an earlier process.
         opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         opened.bind(address)
         opened.listen(_BACKLOG)
     except OSError as error:
         opened.close()
-        reason = f"HTTP can't be served at {at}: {error.strerror}; end who listens there or choose another port"
+        advice = "stop the process that listens there, or choose another port"
+        reason = f"HTTP can't be served at {at}: {error.strerror}; {advice}"
         raise AddressUnavailable(reason) from error
     return opened

@@ -1,4 +1,4 @@
-"""What a process is: for people and programs who find it by its port. Nothing in it is secret."""
+"""Information about a process, for people and programs that find its port. Nothing in it is secret."""
 
 import os
 from importlib.metadata import PackageNotFoundError, version
@@ -11,15 +11,15 @@ PACKAGE = "vantage"
 
 
 class Info(Struct, frozen=True, kw_only=True):
-    """A process, as it tells of itself.
+    """A process's description of itself.
 
     Attributes:
         name: what the run calls it.
-        version: of the package; empty where it is not installed.
+        version: of the package; empty if it is not installed.
         protocol: the newest version of the wire protocol that it speaks.
-        incarnation: changes when the process is started again; empty before it has one.
-        serves: addresses where it answers requests.
-        calls: addresses of the workers that it asks, by their role.
+        incarnation: changes when the process is restarted; empty until it has one.
+        serves: the addresses at which it answers requests.
+        calls: the addresses of the workers that it calls, by role.
         capabilities: what it computes with, such as its network or renderer.
     """
 
@@ -35,7 +35,7 @@ class Info(Struct, frozen=True, kw_only=True):
 
 
 class About(Struct, frozen=True, kw_only=True):
-    """What is known of a process before it starts."""
+    """What is known about a process before it starts."""
 
     role: Role
     name: str
@@ -44,7 +44,7 @@ class About(Struct, frozen=True, kw_only=True):
 
 
 def info(about: About, *, incarnation: str, calls: dict[str, tuple[str, ...]]) -> Info:
-    """That of the process that this runs in."""
+    """The description of this process."""
     return Info(
         role=about.role,
         name=about.name,

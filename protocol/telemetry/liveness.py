@@ -1,7 +1,6 @@
-"""Whether the threads that carry a process's messages still take their turns.
+"""Whether a process's I/O threads still take turns.
 
-A process may answer HTTP and carry nothing: that is another thread. So each of the threads that count is woken, and has
-to move its counter.
+The HTTP thread may answer while the I/O threads hang. So each I/O thread is woken, and its count of turns has to grow.
 """
 
 import asyncio
@@ -18,19 +17,19 @@ _POLL = 0.01
 
 
 class Liveness(Struct, frozen=True):
-    """Whether the process carries messages."""
+    """Whether the process sends and receives messages."""
 
     live: bool
 
 
 async def liveness(threads: Iterable[Turning], patience: float = PATIENCE) -> Liveness:
-    """Whether all of the threads take a turn within `patience` seconds."""
+    """Whether all threads take a turn within `patience` seconds."""
     ends = asyncio.get_running_loop().time() + patience
     waiting = [(thread, thread.turns) for thread in threads]
     while waiting:
         if asyncio.get_running_loop().time() >= ends:
             return Liveness(live=False)
-        # Again and again: a thread that works in its place may take the message that was to wake it.
+        # Repeatedly: another thread may handle the item that was to wake this one (`Mailbox.put_or_handle`).
         for thread, _ in waiting:
             thread.wake()
         await asyncio.sleep(_POLL)

@@ -1,4 +1,4 @@
-"""The metrics of every process, in the registry that it is given. docs/metrics.md lists them."""
+"""The metrics of every process. docs/metrics.md lists them."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
@@ -27,7 +27,7 @@ def _known_codes() -> frozenset[str]:
 
 
 class RequestMetrics:
-    """Counts requests that are over, and how long they waited and were computed."""
+    """Counts the requests that have ended, and the seconds that they waited and were computed."""
 
     def __init__(self, registry: CollectorRegistry) -> None:
         self._codes = _known_codes()
@@ -38,8 +38,8 @@ class RequestMetrics:
         self._compute = _seconds("compute", "that a handler took", registry)
 
     def count(self, request: Finished) -> None:
-        """A request is over."""
-        # A code may come from a worker behind this one, and nobody shall fill our memory by making up others.
+        """A request has ended."""
+        # The code may come from a worker behind this one, which must not fill this process's memory with new codes.
         code = request.code if not request.code or request.code in self._codes else OTHER
         self._requests.labels(request.request, request.outcome.value, code).inc()
         if request.queue is not None:
@@ -55,7 +55,7 @@ def _seconds(name: str, what: str, registry: CollectorRegistry) -> Histogram:
 
 
 class WorkerCollector(Collector):
-    """What a worker says of itself when it is asked; nothing while `pong` gives None."""
+    """The metrics in a worker's pong; none while `pong` returns None."""
 
     def __init__(self, pong: Callable[[], Pong | None]) -> None:
         self._pong = pong
@@ -72,7 +72,7 @@ class WorkerCollector(Collector):
 
 
 class CallCollector(Collector):
-    """What the clients of other workers have counted, by the role that they call."""
+    """The counts of the process's clients, by the role that they call."""
 
     def __init__(self, calls: Mapping[Role, Pool]) -> None:
         self._calls = calls
@@ -89,7 +89,7 @@ class CallCollector(Collector):
 
 
 def counted(gauge: GaugeMetricFamily, standings: Mapping[Role, Sequence[Standing]]) -> Metric:
-    """A gauge with the labels role and whether at work, filled with how many stand so."""
+    """Fill a gauge with the number of workers by the labels role and whether they are at work."""
     for role, ones in standings.items():
         for at_work in (True, False):
             gauge.add_metric((role.value, str(at_work).lower()), sum(one.at_work is at_work for one in ones))

@@ -1,4 +1,4 @@
-"""How any process is, behind an HTTP port: what worker and agent have in common."""
+"""The HTTP endpoints that workers and agents have in common."""
 
 import os
 import signal
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 
 @contextmanager
 def process_telemetry(at: Endpoint, subject: Subject, calls: Mapping[Role, Pool]) -> Generator["CollectorRegistry"]:
-    """Serve how a process is; gives the registry, for the metrics that are its own.
+    """Serve the endpoints of a process while inside; yields the registry, for metrics of the process's own.
 
     Args:
-        calls: its clients of other workers, by the role of these; their idle workers are pinged from now on.
+        calls: the process's pools, by the role of their workers; idle workers are pinged from now on.
 
     Raises:
-        AddressUnavailable: the port is in use, or the host is none of this machine's.
+        AddressUnavailable: the port is in use, or this machine does not have the host's address.
         Unavailable: a library that this needs is not installed.
     """
     with needs_libraries():
-        # Only here: who is not to serve this does not load it.
+        # Only here: a process that does not serve HTTP does not load these.
         from protocol.telemetry.app import Control, telemetry_app
         from protocol.telemetry.http import served
         from protocol.telemetry.metrics import process_registry
@@ -36,18 +36,18 @@ def process_telemetry(at: Endpoint, subject: Subject, calls: Mapping[Role, Pool]
     control = Control(at.token, _end_this_process) if at.token else None
     with served(telemetry_app(subject, registry, control), at):
         for pool in calls.values():
-            pool.watch()
+            pool.monitor()
         yield registry
 
 
 def _end_this_process() -> None:
-    # As any service manager asks for it: what follows is what the process does about that.
+    # The signal of any service manager, which the process handles already.
     os.kill(os.getpid(), signal.SIGTERM)
 
 
 @contextmanager
 def needs_libraries() -> Generator[None]:
-    """Say what to install where an import fails."""
+    """Turn a failed import into an error that says what to install."""
     try:
         yield
     except ImportError as error:

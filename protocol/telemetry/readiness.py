@@ -1,6 +1,6 @@
-"""Whether a process can do its work, and what it waits for until it can.
+"""Whether a process can do its work, and what it waits for.
 
-A parent's readiness derives from its children's: as long as none of those that it needs is at work, it is not ready.
+A process that calls workers is ready only while, of each role that it needs, at least one worker is at work.
 """
 
 from collections.abc import Iterable, Sequence
@@ -12,27 +12,32 @@ from protocol.messages import Role, State
 
 
 class Wait(Struct, frozen=True):
-    """One thing that a process waits for: `on` whom or what, and the `reason`, for people."""
+    """One thing that a process waits for.
+
+    Attributes:
+        on: a role, or `start` or `end`.
+        reason: for people.
+    """
 
     on: str
     reason: str
 
 
 class Readiness(Struct, frozen=True):
-    """Whether a process is ready, which it is as soon as it waits for nothing."""
+    """Whether a process is ready: it is if it waits for nothing."""
 
     ready: bool
     waits_for: tuple[Wait, ...]
 
 
 def readiness(waits: Iterable[Wait]) -> Readiness:
-    """That of a process that waits for all of these."""
+    """The readiness of a process with these waits."""
     waits_for = tuple(waits)
     return Readiness(ready=not waits_for, waits_for=waits_for)
 
 
 def own_waits(state: State) -> tuple[Wait, ...]:
-    """What a worker in this state waits for, its children left aside."""
+    """What a worker in this state waits for, apart from the workers that it calls."""
     if state is State.STARTING:
         return (Wait("start", "it loads what its handlers need, and warms up"),)
     if state is State.DRAINING:
@@ -41,7 +46,7 @@ def own_waits(state: State) -> tuple[Wait, ...]:
 
 
 def waits_for_any(role: Role, standings: Sequence[Standing]) -> tuple[Wait, ...]:
-    """What a process waits for that needs one worker of a role at least: none where one is at work, else all."""
+    """What a process waits for that needs a worker of a role: nothing if one is at work, otherwise all of them."""
     if any(standing.at_work for standing in standings):
         return ()
     if not standings:

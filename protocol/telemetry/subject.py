@@ -1,4 +1,4 @@
-"""What there is to tell of a process: the questions that its HTTP endpoints ask it."""
+"""The interface between a process and its HTTP endpoints."""
 
 from collections.abc import Iterable, Mapping
 from typing import Protocol
@@ -11,31 +11,31 @@ from protocol.telemetry.readiness import Wait
 
 
 class Subject(Protocol):
-    """A process. All of it is asked by the HTTP thread, so none of it waits."""
+    """A process. The HTTP thread calls these methods, so none of them waits."""
 
     def threads(self) -> Iterable[Turning]:
-        """Those that carry its messages."""
+        """The process's I/O threads."""
         ...
 
     def waits(self) -> Iterable[Wait]:
-        """What it waits for before it is ready."""
+        """What the process waits for before it is ready."""
         ...
 
     def info(self) -> Info:
-        """What it is."""
+        """The process's description of itself."""
         ...
 
 
 class Calls(Turning, Protocol):
-    """A client of workers of one role, as `protocol.client.pool.Pool` is one."""
+    """A client of workers of one role, such as `protocol.client.pool.Pool`."""
 
     @property
     def addresses(self) -> tuple[str, ...]:
-        """Of the workers that calls go to now."""
+        """The addresses of the workers."""
         ...
 
     def standings(self) -> tuple[Standing, ...]:
-        """How each of them stands."""
+        """How each worker stands."""
         ...
 
 

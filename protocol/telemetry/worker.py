@@ -1,4 +1,4 @@
-"""How a worker's process is: what its observer sees of it, behind an HTTP port."""
+"""The HTTP endpoints of a worker's process."""
 
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from protocol.client.pool import Pool
 from protocol.messages import Pong, Role, State
-from protocol.observer import NOBODY, Finished, Observed, Observer, Turning
+from protocol.observer import NO_OBSERVER, Finished, Observed, Observer, Turning
 from protocol.telemetry.endpoint import Endpoint
 from protocol.telemetry.info import About, Info, info
 from protocol.telemetry.process import needs_libraries, process_telemetry
@@ -17,49 +17,49 @@ if TYPE_CHECKING:
     from prometheus_client import CollectorRegistry
 
 
-class WatchedWorker:
-    """Watches a worker, and can be asked how it is.
+class ObservedWorker:
+    """Observes a worker, and answers the HTTP endpoints' questions about it.
 
     Args:
-        calls: the workers that it needs, by role; without one at work of each, it is not ready.
+        calls: the pools that the worker calls, by role; it is ready only while each has a worker at work.
 
     Attributes:
-        count: told of each request that is over.
+        count: called with each request that has ended.
     """
 
     def __init__(self, about: About, calls: Mapping[Role, Pool]) -> None:
         self._about = about
         self._calls = calls
         self._worker: Observed | None = None
-        self.count: Callable[[Finished], None] = NOBODY.finished
+        self.count: Callable[[Finished], None] = NO_OBSERVER.finished
 
     def attend(self, worker: Observed) -> None:
-        """This is the worker."""
+        """The worker starts to answer."""
         self._worker = worker
 
     def finished(self, request: Finished) -> None:
-        """A request is over."""
+        """A request has ended."""
         self.count(request)
 
     def pong(self) -> Pong | None:
-        """How the worker is; None before it answers at its address."""
+        """The worker's pong; None before it answers at its address."""
         return None if self._worker is None else self._worker.pong()
 
     def threads(self) -> Iterator[Turning]:
-        """The worker's own, and those of the clients that it calls others with."""
+        """The I/O threads of the worker and of the pools that it calls."""
         if self._worker is not None:
             yield self._worker
         yield from self._calls.values()
 
     def waits(self) -> Iterator[Wait]:
-        """Its own start or end, and the workers that it needs."""
+        """The worker's own start or end, and the workers that it needs."""
         pong = self.pong()
         yield from own_waits(State.STARTING if pong is None else pong.state)
         for role, pool in self._calls.items():
             yield from waits_for_any(role, pool.standings())
 
     def info(self) -> Info:
-        """What the process is."""
+        """The process's description of itself."""
         pong = self.pong()
         return info(
             self._about, incarnation="" if pong is None else pong.incarnation, calls=addresses_called(self._calls)
@@ -77,11 +77,11 @@ def worker_telemetry(
         Unavailable: a library that this needs is not installed.
     """
     if at is None:
-        yield NOBODY
+        yield NO_OBSERVER
         return
-    watched = WatchedWorker(about, calls or {})
-    with server_telemetry(at, watched, calls or {}):
-        yield watched
+    observed = ObservedWorker(about, calls or {})
+    with server_telemetry(at, observed, calls or {}):
+        yield observed
 
 
 class ServingSubject(Subject, Protocol):

@@ -1,4 +1,4 @@
-"""Where a worker is: `tcp://host:port` between machines, `ipc:///path/of/a/socket` within one."""
+"""A worker's address: `tcp://host:port` between machines, `ipc:///path/of/a/socket` within one."""
 
 import contextlib
 import errno
@@ -9,7 +9,7 @@ from pathlib import Path
 from protocol.errors import AddressUnavailable
 
 LONGEST_IPC_PATH = 103
-"""Bytes; macOS takes the fewest, Linux 107."""
+"""Bytes that every system takes: macOS 103, Linux 107."""
 
 _TCP = re.compile(r"tcp://(?P<host>\[[0-9A-Fa-f:.%]+\]|[A-Za-z0-9._*-]+):(?P<port>\d{1,5}|\*)")
 
@@ -18,7 +18,7 @@ _EVERY_INTERFACE = re.compile(r"tcp://(?:\*|0\.0\.0\.0|\[::\]):(?P<port>\d{1,5})
 
 
 def check_address(address: str) -> str:
-    """Return `address` if it is one.
+    """Return `address` if it is well formed.
 
     Raises:
         AddressUnavailable: it is not, or its socket's path is longer than the system takes.
@@ -32,18 +32,18 @@ def check_address(address: str) -> str:
 
 
 def ipc_path(address: str) -> Path | None:
-    """The socket's file, for an address within this machine."""
+    """The socket's file for an `ipc://` address; None for any other."""
     return Path(address.removeprefix("ipc://")) if address.startswith("ipc://") else None
 
 
 def host_of(address: str) -> str:
-    """The machine's name or number in an address; empty for one within this machine."""
+    """The host name or IP address in a `tcp://` address; empty for any other."""
     match = _TCP.fullmatch(address)
     return "" if match is None else match["host"].strip("[]")
 
 
 def reachable(bind: str, host: str) -> str:
-    """Where others reach what is bound there: at the host's name, if it is bound to every interface."""
+    """The address at which other machines reach a socket: `host` in place of a bind to every interface."""
     match = _EVERY_INTERFACE.fullmatch(bind)
     return bind if match is None else f"tcp://{host}:{match['port']}"
 
@@ -51,10 +51,10 @@ def reachable(bind: str, host: str) -> str:
 def clear_stale_socket(address: str) -> None:
     """Remove the file that a killed worker left at an ipc address.
 
-    ZeroMQ itself takes the file from whoever has it, so that two workers would believe to serve one address.
+    ZeroMQ itself would take over the file of a running worker, so that two workers would serve one address.
 
     Raises:
-        AddressUnavailable: something listens there, or a file that is no socket has this name.
+        AddressUnavailable: a process listens there, or a file that is not a socket has this name.
     """
     path = ipc_path(address)
     if path is None or not path.exists():
@@ -85,4 +85,4 @@ def _check_path(address: str, path: Path) -> None:
 def _check_tcp(address: str) -> None:
     match = _TCP.fullmatch(address)
     if match is None or (match["port"] != "*" and not 0 < int(match["port"]) < 65536):
-        raise AddressUnavailable(f"{address!r} is no address; write tcp://host:port or ipc:///path/of/a/socket")
+        raise AddressUnavailable(f"{address!r} is not an address; write tcp://host:port or ipc:///path/of/a/socket")

@@ -1,7 +1,7 @@
-"""Things handed to a thread that waits on sockets: any thread puts, one at a time takes.
+"""A queue to a thread that polls sockets: any thread puts items, one thread at a time takes them.
 
-A ZeroMQ socket is for one thread at a time, so whatever other threads have for it goes through here; the mailbox has a
-file descriptor that becomes readable, which a poll waits on together with the sockets.
+Only one thread may use a ZeroMQ socket at a time, so other threads hand it their messages through a mailbox. A mailbox
+has a file descriptor that becomes readable with each item, so that one poll waits for items and sockets.
 """
 
 import contextlib
@@ -18,7 +18,7 @@ class Mailbox(Generic[ItemT]):
     """A queue that wakes its reader out of a poll.
 
     Attributes:
-        was_signalled: whether a signal came in by `bell`, as far as `hear` was called since.
+        was_signalled: whether a signal had been written to `wakeup_descriptor` by the last `clear_wakeups`.
     """
 
     def __init__(self) -> None:
@@ -29,52 +29,52 @@ class Mailbox(Generic[ItemT]):
         self._writer.setblocking(False)
 
     def fileno(self) -> int:
-        """Readable when there may be something to take, until `hear`."""
+        """A descriptor that is readable from an item on until `clear_wakeups`."""
         return self._reader.fileno()
 
     @property
-    def bell(self) -> int:
-        """For `signal.set_wakeup_fd`: each signal's number is written to it, whichever thread the signal hits."""
+    def wakeup_descriptor(self) -> int:
+        """For `signal.set_wakeup_fd`, which writes each signal's number to it, in any thread."""
         return self._writer.fileno()
 
     def put(self, item: ItemT) -> None:
-        """Hand over an item. May be called from a signal handler, and after `close`, when nobody takes it."""
+        """Put an item. May be called from a signal handler, and after `close`, when no thread takes it any more."""
         self._items.append(item)
-        self.ring()
+        self.wake()
 
     def put_or_handle(self, item: ItemT, in_use: threading.Lock, handle: Callable[[], None]) -> None:
-        """Hand over an item and have `handle` take it right here; or wake the reader, if the lock says that it works.
+        """Put an item, and call `handle` in this thread to take it; wake the reader instead while it holds the lock.
 
-        What a thread handles by itself has one thread less to wait for, each with its turn on a busy core.
+        An item that its own thread handles does not wait for the reader's turn on a busy core.
         """
         self._items.append(item)
         if not in_use.acquire(blocking=False):
-            self.ring()
+            self.wake()
             return
         try:
             handle()
         finally:
             in_use.release()
 
-    def ring(self) -> None:
+    def wake(self) -> None:
         """Wake the reader."""
-        # A full pipe has bytes enough to wake the reader; a closed one has no reader left to wake.
+        # A full socket has bytes enough to wake the reader; a closed one has no reader.
         with contextlib.suppress(OSError):
             self._writer.send(b"\0")
 
-    def hear(self) -> None:
-        """The reader is awake. To be called before `take`: what is put in between wakes it once more."""
+    def clear_wakeups(self) -> None:
+        """Make `fileno` unreadable. The reader calls this before `take`, so that an item put between wakes it again."""
         with contextlib.suppress(OSError):
             self.was_signalled |= any(self._reader.recv(4096))
 
     def take(self) -> list[ItemT]:
-        """All that was put since the last time, in order."""
+        """The items since the last call, in order."""
         items: list[ItemT] = []
         while self._items:
             items.append(self._items.popleft())
         return items
 
     def close(self) -> None:
-        """Give the descriptors back."""
+        """Close the descriptors."""
         self._reader.close()
         self._writer.close()

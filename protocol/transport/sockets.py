@@ -1,6 +1,6 @@
-"""The sockets of both ends, and how whole messages go in and out of them.
+"""The sockets of clients and workers, and the whole messages that they send and receive.
 
-Every socket refuses larger parts than its limits allow before it takes memory for them.
+A socket refuses a part that is larger than its limits allow before it allocates memory for it.
 """
 
 import math
@@ -24,16 +24,16 @@ Context: TypeAlias = zmq.Context[zmq.Socket[bytes]]
 Socket: TypeAlias = zmq.Socket[bytes]
 
 BORROWED_FROM = 64 * KIB
-"""Parts of this many bytes are sent and received without a copy; below, a copy is cheaper than the bookkeeping."""
+"""Parts of at least this many bytes are sent and received without a copy; for smaller ones a copy is cheaper."""
 
-# As plain numbers: to combine two flags of zmq takes longer than to send a small part.
+# Plain numbers, since to combine two of zmq's flags takes longer than to send a small part.
 _EVENTS = int(zmq.EVENTS)
 _INPUT = int(zmq.POLLIN)
 _AT_ONCE = int(zmq.DONTWAIT)
 _AT_ONCE_WITH_MORE = int(zmq.DONTWAIT) | int(zmq.SNDMORE)
 
 _REPLIES_WAITING = 1024
-"""Replies kept for a client that does not take them; the next ones are dropped."""
+"""Replies kept for a client that does not read them; later ones are dropped."""
 
 _LAST_WORDS_MS = 1000
 _LONGEST_POLL = 60.0
@@ -43,7 +43,7 @@ _LONGEST_RECONNECT_MS = 500
 
 @contextmanager
 def open_context(given: Context | None) -> Generator[Context]:
-    """The context that was given, or one that ends here."""
+    """Yield the given context, or a new one that is terminated on exit."""
     if given is not None:
         yield given
         return
@@ -55,36 +55,36 @@ def open_context(given: Context | None) -> Generator[Context]:
 
 
 def new_context() -> Context:
-    """A context whose own threads go first.
+    """A context whose I/O threads have priority.
 
     Raises:
         Unavailable: the process can open no more files.
     """
     require_descriptors()
     context: Context = zmq.Context()
-    # They start with its first socket, and take after the thread that opens that.
+    # The threads start with the context's first socket, and inherit the scheduling of the thread that opens it.
     with going_first():
         context.socket(zmq.PAIR).close()
     return context
 
 
 def connect_dealer(
-    context: Context, address: str, timeouts: Timeouts, limits: Limits, watched: int, curve: Curve | None = None
+    context: Context, address: str, timeouts: Timeouts, limits: Limits, events: int, curve: Curve | None = None
 ) -> tuple[Socket, Socket]:
-    """A client's socket, which tries to connect for as long as it is open, and a monitor of its events.
+    """A client's socket, which tries to connect as long as it is open, and a monitor of its events.
 
     Args:
-        watched: the events that the monitor is to tell.
-        curve: the keys to speak under; none to speak in the clear.
+        events: those that the monitor reports, as a sum of ZeroMQ's flags.
+        curve: the keys to encrypt with; None without encryption.
 
     Raises:
-        AddressUnavailable: `address` is no address.
+        AddressUnavailable: `address` is not an address.
         Unavailable: the process can open no more files.
     """
     check_address(address)
     require_descriptors()
     dealer = _open(context, zmq.DEALER, address, timeouts, limits)
-    # With IMMEDIATE the last replies of a worker that ends would be thrown away with its connection.
+    # With IMMEDIATE, ZeroMQ would drop the last replies of a worker that ends.
     dealer.set(zmq.IMMEDIATE, 0)
     dealer.set(zmq.SNDHWM, 0)
     dealer.set(zmq.RECONNECT_IVL, _RECONNECT_MS)
@@ -92,8 +92,8 @@ def connect_dealer(
         dealer.set_string(zmq.CURVE_SERVERKEY, curve.server)
         _set_key(dealer, curve.own)
     dealer.set(zmq.RECONNECT_IVL_MAX, _LONGEST_RECONNECT_MS)
-    # Before connecting: a connection that was there before its monitor would never be told of.
-    monitor = dealer.get_monitor_socket(watched)
+    # Before connecting: the monitor does not report a connection that is older than itself.
+    monitor = dealer.get_monitor_socket(events)
     try:
         dealer.connect(address)
     except zmq.ZMQError as error:
@@ -107,10 +107,10 @@ def connect_dealer(
 def bind_router(
     context: Context, address: str, timeouts: Timeouts, limits: Limits, key: KeyPair | None = None
 ) -> Socket:
-    """A worker's socket, which is spoken to under its key if it has one.
+    """A worker's socket, encrypted with `key` if there is one.
 
     Raises:
-        AddressUnavailable: the address is in use, can't be bound on this machine, or is none.
+        AddressUnavailable: the address is in use, can't be bound on this machine, or is not an address.
         Unavailable: the process can open no more files.
     """
     check_address(address)
@@ -128,14 +128,16 @@ def bind_router(
     except zmq.ZMQError as error:
         router.close()
         if error.errno == zmq.EADDRINUSE:
-            raise AddressUnavailable(f"{address} is in use; end who serves there or choose another address") from error
+            raise AddressUnavailable(
+                f"{address} is in use; stop the process that serves there, or choose another address"
+            ) from error
         raise AddressUnavailable(f"{address} can't be served: {error.strerror}") from error
     return router
 
 
 def close_router(router: Socket) -> None:
-    """Close a worker's socket and remove its file; the last replies still have a moment to get through."""
-    # The file goes first: once the socket is closed another worker may have put its own there.
+    """Close a worker's socket and remove its file; ZeroMQ still tries to send the last replies for a second."""
+    # The file first: once the socket is closed, another worker may bind there and make its own file.
     path = ipc_path(router.get_string(zmq.LAST_ENDPOINT))
     if path is not None:
         path.unlink(missing_ok=True)
@@ -143,7 +145,7 @@ def close_router(router: Socket) -> None:
 
 
 def send(socket: Socket, parts: Sequence[Part]) -> bool:
-    """Hand a message to the socket; False where it goes nowhere (no connection, or one that is full)."""
+    """Send a message; False if the socket does not take it (it has no connection, or its queue is full)."""
     *first, last = parts
     try:
         for part in first:
@@ -157,7 +159,7 @@ def send(socket: Socket, parts: Sequence[Part]) -> bool:
 
 
 class Arrival(NamedTuple):
-    """A whole message, with the public key that its sender has proved and where it came from, if keys are used."""
+    """A whole message; with keys, also the public key that its sender has proved, and the sender's IP address."""
 
     parts: list[Part]
     key: str = ""
@@ -165,14 +167,14 @@ class Arrival(NamedTuple):
 
 
 def arrivals(socket: Socket, limits: Limits, *, keyed: bool = False, most: int = 64) -> Iterator[Arrival]:
-    """The whole messages that wait in the socket, at most `most`; parts past the limit are dropped but for one.
+    """The whole messages that wait in the socket, at most `most`; of the parts past the limit only one is kept.
 
     Args:
-        keyed: whether whoever sends them has proved a key.
+        keyed: whether senders have proved keys.
     """
     kept = limits.parts + 2
     for _ in range(most):
-        # Asked first, since to be refused by the socket takes longer.
+        # Asked first, since an empty socket's error takes longer.
         if not has_input(socket):
             return
         part = socket.recv(_AT_ONCE, copy=False)
@@ -196,16 +198,16 @@ def has_input(socket: Socket) -> bool:
 
 
 def descriptor(socket: Socket) -> int:
-    """What to wait on for input."""
+    """The file descriptor to wait on for input."""
     return int(socket.get(zmq.FD))
 
 
 def wait_for_input(descriptors: Iterable[int], timeout_ms: int | None) -> list[int]:
-    """Wait until something may have come, and say where; sockets may be used by other threads meanwhile.
+    """Wait for input, and return the readable descriptors; other threads may use the sockets meanwhile.
 
-    `zmq.poll` uses a socket for as long as it waits. Its descriptor can be waited on by one thread while another sends,
-    but tells of each change only once, to whoever uses the socket next: look with `has_input` before waiting, and wake
-    the thread that waits after using a socket that it waits for.
+    `zmq.poll` uses a socket while it waits. A socket's descriptor can be polled by one thread while another sends, but
+    it reports each change only once, to the next thread that uses the socket. So call `has_input` before waiting, and
+    after using a socket wake the thread that waits for it.
     """
     poller = select.poll()
     for number in descriptors:
@@ -214,7 +216,7 @@ def wait_for_input(descriptors: Iterable[int], timeout_ms: int | None) -> list[i
 
 
 def poll_timeout(seconds: float) -> int:
-    """Milliseconds to wait, rounded up so that what is due is due when the poll ends; a minute at most."""
+    """Milliseconds to wait, rounded up so that a poll never ends before the time; a minute at most."""
     return math.ceil(min(max(0.0, seconds), _LONGEST_POLL) * 1000)
 
 
@@ -227,7 +229,7 @@ def _open(context: Context, kind: int, address: str, timeouts: Timeouts, limits:
     socket = context.socket(kind)
     socket.set(zmq.LINGER, 0)
     socket.set(zmq.MAXMSGSIZE, limits.part_bytes)
-    # With IPv6 on, a host name stands for its IPv6 address alone, where a worker on the IPv4 one is not found.
+    # With IPv6 on, a host name means its IPv6 address only, and a worker on the IPv4 address is not found.
     socket.set(zmq.IPV6, int("[" in address))
     silence = math.ceil(timeouts.silence * 1000)
     socket.set(zmq.HEARTBEAT_IVL, max(1, silence // 4))
@@ -238,5 +240,5 @@ def _open(context: Context, kind: int, address: str, timeouts: Timeouts, limits:
 
 
 def _taken(part: zmq.Frame) -> Part:
-    """The part's bytes; small ones are copied, so that they don't keep a whole receive buffer alive."""
+    """The part's bytes; a small part is copied, so that it does not keep a whole receive buffer alive."""
     return part.buffer if len(part) >= BORROWED_FROM else part.bytes

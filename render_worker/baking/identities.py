@@ -15,7 +15,7 @@ MARGIN = 0.002
 SHORTEST_ARM = 0.25
 NARROWEST_SHOULDER = 0.15
 NOSE_HEIGHT = (1.42, 1.80)
-"""The seed's minima of bones in metres (section 3.3.2), and how tall a standing adult's nose is."""
+"""The thesis's minima of bones in metres (section 3.3.2), and how tall a standing adult's nose is."""
 
 _RANGES = {
     "age": (0.67, 0.82),
@@ -36,7 +36,7 @@ Phenotype = dict[str, float]
 
 
 def choose_identities(body_of: Callable[[Phenotype], RestBody], count: int = IDENTITY_COUNT) -> list[Phenotype]:
-    """The phenotypes of all identities, women and men by turns, each an adult with the bones that the seed supposes."""
+    """The phenotypes of all identities, women and men by turns, each an adult with the bones of the thesis."""
     chosen: list[Phenotype] = []
     for phenotype in _candidates():
         if len(chosen) == count:
@@ -49,7 +49,7 @@ def choose_identities(body_of: Callable[[Phenotype], RestBody], count: int = IDE
 
 
 def is_adult(body: RestBody) -> bool:
-    """Whether the nose is as high as an adult's and no upper-body bone is shorter than the seed's minimum."""
+    """Whether the nose is as high as an adult's and no upper-body bone is shorter than the thesis's minimum."""
     nose = body.joints[Joint.NOSE, 2] - body.vertices[:, 2].min()
     return bool(
         NOSE_HEIGHT[0] + MARGIN < nose < NOSE_HEIGHT[1] - MARGIN

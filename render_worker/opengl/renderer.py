@@ -1,7 +1,7 @@
-"""A renderer that answers requests: it keeps what doesn't change between the frames of a scene.
+"""A renderer on OpenGL that keeps what doesn't change between the frames of a scene.
 
 What a scene needs (the posed and clothed bodies, their textures, their shadow) is uploaded once and kept for the scenes
-used last; that saves time and changes no byte. Most of what a new scene takes is no work of OpenGL's, and is done while
+used last; that saves time and changes no byte. Most of the work for a new scene needs no OpenGL, and is done while
 another thread draws.
 """
 
@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from protocol.arrays import Float32Array
+from protocol.arrays import Float32Array, UInt8Array
+from protocol.camera import Camera
 from protocol.errors import Unavailable
 from protocol.frame import Frame
-from protocol.messages import Render
 from protocol.region import Region
 from protocol.scene import Scene
 from render_worker.assets import Assets
@@ -57,9 +57,12 @@ class OpenGlRenderer:
         self._drawing_now = threading.Lock()
         self._context = _open_context(threads)
         self._finish = finish_function()
-        programs = _compile(self._context)
-        self._drawing = Drawing(self._context, programs)
-        self._staging = Staging(self._context, programs, assets)
+        # A new context is current in this thread until it is left once; until then no other thread can draw.
+        with self._context:
+            self._device = str(self._context.info["GL_RENDERER"])
+            programs = _compile(self._context)
+            self._drawing = Drawing(self._context, programs)
+            self._staging = Staging(self._context, programs, assets)
         # What drops out of a cache is given back to OpenGL by the context's own collection.
         self._grounds = lru_cache(_SURROUNDINGS_KEPT)(self._staging.ground)
         self._backdrops = lru_cache(_SURROUNDINGS_KEPT)(self._staging.backdrops)
@@ -69,33 +72,27 @@ class OpenGlRenderer:
     @property
     def device(self) -> str:
         """What draws, in the driver's words."""
-        return str(self._context.info["GL_RENDERER"])
+        return self._device
 
-    def render(self, request: Render) -> Frame:
+    def render(self, scene: Scene, camera: Camera, *, region: Region | None = None, truth: bool = False) -> Frame:
         """Draw one frame; see `Renderer.render`."""
         started = time.perf_counter()
-        scene, camera = request.scene, request.camera
         require_names(scene.ground, scene.background)
-        region = request.region or Region.seen_by(camera.intrinsics)
+        asked = region or Region.seen_by(camera.intrinsics)
         staged = self._staged(scene)
-        drawn = _needed(region, request, staged)
-        # OpenGL draws into the thread's current context, which may be another renderer's.
-        with self._drawing_now, self._context:
-            target = self._targets((camera.intrinsics.width, camera.intrinsics.height))
-            view, ground = View.of(target, camera, drawn), self._grounds(scene.ground)
-            self._drawing.draw(view, staged, ground, self._backdrops(scene.background))
-            self._finish()
-            rgb, depth = read_colours(target, region), read_depth(target, drawn)
-            self._context.gc()
-        visible = visible_joints(staged.joints, depth, camera, drawn) if request.truth else None
+        drawn = _needed(asked, scene, camera, staged)
+        if truth:
+            drawn = with_joints(drawn, staged.joints, camera)
+        rgb, depth = self._draw(scene, camera, staged, drawn, asked)
+        visible = visible_joints(staged.joints, depth, camera, drawn) if truth else None
         return Frame(
             rgb=rgb,
-            depth=_measured(depth, drawn, region, request),
+            depth=_measured(depth, drawn, asked, scene, camera),
             camera=camera,
-            joints=staged.joints.copy() if request.truth else None,
+            joints=staged.joints.copy() if truth else None,
             visible=visible,
             timings={"render": time.perf_counter() - started},
-            region=request.region,
+            region=region,
         )
 
     def close(self) -> None:
@@ -106,7 +103,7 @@ class OpenGlRenderer:
         self._context.release()
 
     def _staged(self, scene: Scene) -> Staged:
-        """The scene as OpenGL has it, prepared first where it is a new one."""
+        """The scene as OpenGL has it; a new one is prepared and uploaded first."""
         with self._drawing_now:
             staged = self._scenes.get(scene)
         if staged is not None:
@@ -118,6 +115,20 @@ class OpenGlRenderer:
             staged = self._staging.scene(prepared)
             self._scenes.put(scene, staged)
         return staged
+
+    def _draw(
+        self, scene: Scene, camera: Camera, staged: Staged, drawn: Region, asked: Region
+    ) -> tuple[UInt8Array, Float32Array]:
+        """The colours of the region that was asked for, and the true depth of all that was drawn."""
+        # OpenGL draws into the thread's current context, which may be another renderer's.
+        with self._drawing_now, self._context:
+            target = self._targets((camera.intrinsics.width, camera.intrinsics.height))
+            view, ground = View.of(target, camera, drawn), self._grounds(scene.ground)
+            self._drawing.draw(view, staged, ground, self._backdrops(scene.background))
+            self._finish()
+            rgb, depth = read_colours(target, asked), read_depth(target, drawn)
+            self._context.gc()
+        return rgb, depth
 
     def _target(self, size: tuple[int, int]) -> "Framebuffer":
         return self._context.framebuffer([self._context.renderbuffer(size, 4)], self._context.depth_renderbuffer(size))
@@ -150,19 +161,17 @@ def _compile(context: "Context") -> Programs:
     return Programs(*map(program, Programs._fields))
 
 
-def _needed(region: Region, request: Render, staged: Staged) -> Region:
-    """The part of the picture that has to be drawn so that all of the answer to the request is known."""
-    camera, hall = request.camera, is_hall(request.scene.background)
-    if camera.depth_noise == "d435i":
-        nearest = nearest_surface([one.outline for one in staged.people], camera, hall=hall)
-        region = seen_around(region, camera.intrinsics, nearest)
-    return with_joints(region, staged.joints, camera) if request.truth else region
+def _needed(region: Region, scene: Scene, camera: Camera, staged: Staged) -> Region:
+    """The part of the picture that has to be drawn to measure the depth of a region."""
+    if camera.depth_noise == "none":
+        return region
+    nearest = nearest_surface([one.outline for one in staged.people], camera, hall=is_hall(scene.background))
+    return seen_around(region, camera.intrinsics, nearest)
 
 
-def _measured(depth: Float32Array, drawn: Region, region: Region, request: Render) -> Float32Array:
-    """The depth of a region as the request's camera measures it, out of the true depth of all that was drawn."""
-    camera = request.camera
+def _measured(depth: Float32Array, drawn: Region, region: Region, scene: Scene, camera: Camera) -> Float32Array:
+    """The depth of a region as the camera measures it, out of the true depth of all that was drawn."""
     if camera.depth_noise == "none":
         return np.ascontiguousarray(region.within(drawn).part(depth))
     size = camera.intrinsics.height, camera.intrinsics.width
-    return measure_part(depth, drawn, region, size, camera.intrinsics.fx, noise_seed(request.scene, camera))
+    return measure_part(depth, drawn, region, size, camera.intrinsics.fx, noise_seed(scene, camera))

@@ -9,7 +9,7 @@ from protocol.config import RunConfig, TimeoutsConfig
 from protocol.errors import DeadlineExceeded
 from protocol.messages import Lookup, Register, Registered, Role, State, WorkerRecord
 from protocol.messages import Workers as Table
-from protocol.server.worker_registration import WorkerRegistration
+from protocol.server.registration_settings import RegistrationSettings
 from tests.agent.serving import analytic_workers
 from tests.serving import serving
 
@@ -24,7 +24,7 @@ def registered() -> list[WorkerRecord]:
 
 
 @pytest.fixture
-def orchestrator(tmp_path: Path, registered: list[WorkerRecord]) -> Iterator[WorkerRegistration]:
+def orchestrator(tmp_path: Path, registered: list[WorkerRecord]) -> Iterator[RegistrationSettings]:
     """One that knows a render and a perception worker."""
     with analytic_workers(tmp_path) as workers:
         addresses = {Role.RENDER: workers.render, Role.PERCEPTION: workers.perception}
@@ -43,10 +43,10 @@ def orchestrator(tmp_path: Path, registered: list[WorkerRecord]) -> Iterator[Wor
 
         address = f"ipc://{tmp_path}/orchestrator"
         with serving({Register: register, Lookup: lookup}, address, role=Role.ORCHESTRATOR):
-            yield WorkerRegistration(address, "agent")
+            yield RegistrationSettings(address, "agent")
 
 
-def test_with_an_orchestrator_no_worker_needs_to_be_named(orchestrator: WorkerRegistration, registered) -> None:
+def test_with_an_orchestrator_no_worker_needs_to_be_named(orchestrator: RegistrationSettings, registered) -> None:
     with Connections(PATIENT, WorkerAccess(registration=orchestrator), lambda: None) as connections:
         connections.wait_ready()
         assert connections.sensor.sample(3, "train") == connections.sensor.sample(3, "train")
@@ -56,7 +56,7 @@ def test_with_an_orchestrator_no_worker_needs_to_be_named(orchestrator: WorkerRe
 
 
 def test_workers_that_nobody_names_are_missed(tmp_path: Path) -> None:
-    nobody = WorkerRegistration(f"ipc://{tmp_path}/nobody", "agent")
+    nobody = RegistrationSettings(f"ipc://{tmp_path}/nobody", "agent")
     with (
         Connections(BRIEF, WorkerAccess(registration=nobody), lambda: None) as connections,
         pytest.raises(DeadlineExceeded),
@@ -67,6 +67,6 @@ def test_workers_that_nobody_names_are_missed(tmp_path: Path) -> None:
 def test_who_is_left_alone_is_told_so(tmp_path: Path) -> None:
     orphaned = threading.Event()
     with Connections(
-        BRIEF, WorkerAccess(registration=WorkerRegistration(f"ipc://{tmp_path}/nobody", "agent")), orphaned.set
+        BRIEF, WorkerAccess(registration=RegistrationSettings(f"ipc://{tmp_path}/nobody", "agent")), orphaned.set
     ):
         assert orphaned.wait(30)

@@ -11,10 +11,10 @@ from protocol.config import RunConfig
 from protocol.messages import Observe, SampleScene
 from protocol.pose_estimate import FilterState
 from protocol.security import Security, load_credentials
-from protocol.server.worker_registration import WorkerRegistration
+from protocol.server.registration_settings import RegistrationSettings
 
 workers = WorkerAccess(
-    registration=WorkerRegistration(sys.argv[2], "agent"), security=Security(load_credentials(Path(sys.argv[1])))
+    registration=RegistrationSettings(sys.argv[2], "agent"), security=Security(load_credentials(Path(sys.argv[1])))
 )
 with Connections(RunConfig(), workers, lambda: None) as connections:
     connections.wait_ready()

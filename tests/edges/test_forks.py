@@ -127,7 +127,7 @@ def test_a_call_that_nobody_answers_ends_by_its_deadline_there_too(held, way):
 def test_a_call_that_was_under_way_at_the_fork_ends_at_once_there_and_goes_on_here(held):
     with Pool([held], role=Role.AGENT, serves=Role.RENDER) as pool:
         pending = pool.submit(SampleScene(seed=7, split="train"), deadline=1.0)
-        with pytest.raises(ClientClosed, match=f"made in process {os.getpid()}, of which this one was forked"):
+        with pytest.raises(ClientClosed, match=f"made in process {os.getpid()}, and this process was forked"):
             elsewhere("fork", pending.result)
         assert elsewhere("fork", pending.done)
         with pytest.raises(DeadlineExceeded):

@@ -21,6 +21,8 @@ from protocol.frame import Frame
 from protocol.message import Request
 from protocol.messages import Failure, Perceive, Render
 from protocol.pose_estimate import FilterState, PoseEstimate
+from protocol.region import Region
+from protocol.scene import Scene
 from render_worker.worker import draw
 from tests.protocol.processes.serving import serving
 from tests.protocol.values.samples import SCENE
@@ -37,14 +39,14 @@ class NeverAsked:
     """A renderer and a perceiver that computes nothing, and tells whether it was asked to."""
 
     def __init__(self) -> None:
-        self.asked: list[Request] = []
+        self.asked: list[str] = []
 
-    def render(self, request: Render) -> Frame:
-        self.asked.append(request)
+    def render(self, scene: Scene, camera: Camera, *, region: Region | None = None, truth: bool = False) -> Frame:
+        self.asked.append("render")
         return PERCEIVE.frame
 
     def perceive(self, request: Perceive) -> PoseEstimate:
-        self.asked.append(request)
+        self.asked.append("perceive")
         nothing, nowhere = np.zeros(18), np.full((18, 3), np.nan)
         return PoseEstimate(
             keypoints=nowhere[:, :2],
@@ -138,7 +140,7 @@ def test_a_deadline_that_is_none_is_told_and_not_waited_out(wire, room, deadline
 def test_what_is_odd_and_possible_is_answered(wire, room):
     assert isinstance(told(wire, RENDER, "scene.yaw", -1.0), Frame)
     assert isinstance(told(wire, PERCEIVE, "frame.depth", math.nan), PoseEstimate)
-    assert len(room.asked) == 2
+    assert room.asked == ["render", "perceive"]
 
 
 CONFIGURATIONS = [

@@ -15,7 +15,7 @@ from orchestrator.run.socket_directory import run_sockets, socket_directory, soc
 from protocol import Client
 from protocol.errors import DeadlineExceeded
 from protocol.messages import Role
-from protocol.server.socket_file import LOOK_EVERY
+from protocol.server.socket_file import CHECK_EVERY
 from protocol.timeouts import Timeouts
 from tests.orchestrator.conftest import Command, processes_in
 from tests.serving import serving
@@ -101,17 +101,17 @@ def test_a_workers_socket_is_put_back_and_whoever_is_connected_notices_nothing(s
 
 
 @pytest.mark.slow
-def test_a_socket_is_not_put_into_a_directory_that_others_may_write_to(sockets, caplog):
+def test_a_socket_is_not_restored_in_a_directory_that_others_may_write_to(sockets, caplog):
     address = f"ipc://{sockets}/render"
     with serving({}, address, role=Role.RENDER), client_of(address) as connected:
         connected.wait_ready()
         shutil.rmtree(sockets)
         sockets.mkdir()
         sockets.chmod(0o777)
-        wait_until(lambda: "can't be put back" in caplog.text)
-        time.sleep(2 * LOOK_EVERY)
+        wait_until(lambda: "can't be restored" in caplog.text)
+        time.sleep(2 * CHECK_EVERY)
         assert not (sockets / "render").exists()
-        assert caplog.text.count("can't be put back") == 1
+        assert caplog.text.count("can't be restored") == 1
         with client_of(address) as new, pytest.raises(DeadlineExceeded):
             new.ping()
         sockets.chmod(0o700)

@@ -58,7 +58,7 @@ def test_nothing_secret_is_ever_printed(keys, tmp_path):
     [
         (("list",), "there are no keys in keys"),
         (("revoke", "nobody"), "can't read the list"),
-        (("new", "a/b", "--role", "render"), "is no name for a key"),
+        (("new", "a/b", "--role", "render"), "is not a name for a key"),
         (("new", "x", "--role", "king"), "king"),
         (("new", "x"), "--role"),
     ],

@@ -140,7 +140,7 @@ class TestHeatmapCell:
         assert heatmap_cell(pixel, (480, 640), (30, 40)) == cell
 
     def test_rows_and_columns_have_scales_of_their_own(self):
-        # The seed's maps were square whatever the image: 28 of 640 columns, 28 of 480 rows.
+        # The thesis's maps were square whatever the image: 28 of 640 columns, 28 of 480 rows.
         assert heatmap_cell([320.0, 120.0], [480, 640], [28, 28]) == (7, 14)
 
     def test_a_pixel_that_is_nowhere_is_refused(self):

@@ -22,7 +22,7 @@ def uniform(quality):
 
 
 class DenseFilter:
-    """The textbook's filter with 54×54 matrices, and the seed's schedule for Q and R."""
+    """The textbook's filter with 54×54 matrices, and the thesis's schedule for Q and R."""
 
     def __init__(self):
         self.x, self.p = np.zeros(54), np.eye(54)

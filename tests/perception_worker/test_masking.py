@@ -96,7 +96,7 @@ class TestPerceiver:
         alone = self.mass(frame, self.WHOLE)
         assert self.mass(frame, self.WHOLE, self.HALF) == pytest.approx(alone, abs=0.05)
 
-    def test_halves_the_mass_by_the_seeds_rule(self, frame):
+    def test_halves_the_mass_by_the_thesis_s_rule(self, frame):
         for settings in ({"profile": "thesis"}, {"perception": {"mask": "none"}}):
             found = self.mass(frame, self.WHOLE, self.HALF, **settings)
             shared = [joint for joint in Joint if np.isfinite(self.HALF[joint, 0])]

@@ -105,15 +105,15 @@ class TestWhatComesAlong:
         assert (mean.points[:, 0] > 5.5).all()
         assert mean.quality == pytest.approx((observation.mass + observation.height + mean.distance) / 3)
 
-    def test_the_profile_of_the_seed_lifts_by_the_mean(self, frame):
+    def test_the_profile_of_the_thesis_lifts_by_the_mean(self, frame):
         depth = np.full((480, 640), 4.0, np.float32)
         depth[::2] = 8.0
         picture, nothing = replace(frame(BLACK), depth=depth), FilterState.initial()
-        seed, ours = (
+        thesis, ours = (
             Perceiver(WholeLook(DrawnNetwork(STANDING)), PerceptionConfig(), profile=profile)
             for profile in ("thesis", "vantage")
         )
-        assert (seed.perceive(picture, nothing).points[:, 0] > 5.5).all()
+        assert (thesis.perceive(picture, nothing).points[:, 0] > 5.5).all()
         assert ours.perceive(picture, nothing).points[:, 0] == pytest.approx(np.full(18, 4.0))
 
     def test_the_spread_of_depth_comes_along(self, frame):

@@ -162,7 +162,7 @@ def test_the_command_line_takes_a_port_for_monitors_and_nothing_else(capsys):
     with pytest.raises(SystemExit) as ended_by:
         main(["--bind", "ipc:///tmp/perception", "--render", "ipc:///tmp/render", "--http", "somewhere"])
     assert ended_by.value.code == 2
-    assert "'somewhere' is no place to serve HTTP" in capsys.readouterr().err
+    assert "'somewhere' is not an HTTP endpoint" in capsys.readouterr().err
 
 
 def test_the_command_line_knows_how_frames_may_come(capsys):

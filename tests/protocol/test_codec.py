@@ -1,4 +1,4 @@
-"""What is sent is what arrives, and what arrives broken is told apart, whatever it is."""
+"""A message arrives as it was sent, and every broken message is detected."""
 
 import msgspec
 import numpy as np
@@ -95,7 +95,7 @@ def test_an_array_of_objects_is_not_sent():
 
 
 def test_what_is_no_message_is_not_sent():
-    with pytest.raises(InvalidInput, match="a Scene is no message"):
+    with pytest.raises(InvalidInput, match="a Scene is not a message"):
         encode(SCENE, LIMITS)
 
 

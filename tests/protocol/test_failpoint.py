@@ -53,7 +53,7 @@ def test_a_process_that_is_told_to_die_ends_as_if_killed(tmp_path: Path):
 
 
 def reaches(points: Failpoints, place: str) -> threading.Thread:
-    """Somebody on the way to a place, and perhaps held there."""
+    """A process on the way to a place, and perhaps held there."""
     thread = threading.Thread(target=points.reach, args=(place,), daemon=True)
     thread.start()
     return thread

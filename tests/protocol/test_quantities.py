@@ -1,4 +1,4 @@
-"""Every number that travels or is configured has bounds by its type, so it is finite whoever sent or wrote it."""
+"""Every number in a message or a configuration has bounds by its type, so it is finite."""
 
 import math
 from collections.abc import Iterator
@@ -93,7 +93,7 @@ def decoded(message: Any) -> object:
 
 @pytest.mark.parametrize("message", samples(), ids=lambda message: type(message).__name__)
 def test_arrays_are_held_to_that_by_whoever_receives_them(message):
-    """Whatever rules a struct has of its own: one that forgets those of its root is found here."""
+    """A struct with rules of its own that forgets those of its root is found here."""
     for struct in values(message):
         for name, elements in elements_of(type(struct)):
             array = getattr(struct, name)

@@ -2,6 +2,7 @@
 
 import math
 
+import msgspec
 import pytest
 
 from protocol import Timeouts
@@ -24,6 +25,11 @@ def test_a_run_configuration_sets_the_three_clocks():
 
 def test_the_defaults_are_the_configuration_s():
     assert Timeouts.from_config(TimeoutsConfig()) == Timeouts()
+
+
+def test_a_configuration_has_no_clocks_of_the_transport():
+    with pytest.raises(msgspec.ValidationError, match="silence"):
+        msgspec.convert({"silence": 1.0}, TimeoutsConfig)
 
 
 def test_pauses_double_up_to_the_longest():

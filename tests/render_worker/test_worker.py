@@ -45,9 +45,9 @@ def test_a_scene_is_sampled_as_asked():
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
-def test_a_frame_is_packed_by_whoever_draws_it_and_says_what_that_took(encoding):
+def test_the_worker_packs_a_frame_and_says_how_long_that_took(encoding):
     picture = smooth_frame()
-    renderer = SimpleNamespace(render=lambda request: picture)
+    renderer = SimpleNamespace(render=lambda scene, camera, *, region, truth: picture)
     request = Render(scene=sample_scene(3, "test"), camera=picture.camera, encoding=encoding)
     frame = draw(request, renderer)
     assert frame.encoding == encoding
@@ -89,8 +89,9 @@ def client(address) -> Iterator[Client]:
 def test_a_worker_samples_and_draws_what_the_library_does(client, renderer, look_at):
     scene = client.call(SampleScene(seed=3, split="test")).scene
     assert scene == sample_scene(3, "test")
-    request = Render(scene=scene, camera=look_at(scene, 0, 3, size=(160, 120)), truth=True)
-    frame, expected = client.call(request), renderer.render(request)
+    camera = look_at(scene, 0, 3, size=(160, 120))
+    frame = client.call(Render(scene=scene, camera=camera, truth=True))
+    expected = renderer.render(scene, camera, truth=True)
     np.testing.assert_array_equal(frame.rgb, expected.rgb)
     np.testing.assert_array_equal(frame.depth, expected.depth)
     np.testing.assert_array_equal(frame.visible, expected.visible)
@@ -179,7 +180,7 @@ def test_the_command_line_takes_a_port_for_monitors_and_nothing_else(capsys):
     with pytest.raises(SystemExit) as ended_by:
         main(["--bind", "ipc:///tmp/render", "--http", "somewhere"])
     assert ended_by.value.code == 2
-    assert "'somewhere' is no place to serve HTTP" in capsys.readouterr().err
+    assert "'somewhere' is not an HTTP endpoint" in capsys.readouterr().err
 
 
 def test_a_port_in_use_ends_the_worker_before_it_loads_anything(tmp_path):

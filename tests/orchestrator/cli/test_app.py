@@ -13,10 +13,10 @@ from tests.orchestrator.cli.conftest import SHORT
     ("arguments", "said"),
     [
         (("train", "short.toml", "--join", "tcp://host:5600"), "there is no key: make one by 'orchestrator keys new'"),
-        (("train", "short.toml", "--join", "nowhere"), "'nowhere' is no address"),
+        (("train", "short.toml", "--join", "nowhere"), "'nowhere' is not an address"),
         (("train", "short.toml", "--join", "tcp://host:5600", "--key", "a.key"), "can't read the key"),
         (("host",), "tcp://0.0.0.0:5600 can be reached from other machines, and there is no key"),
-        (("host", "--bind", "nowhere"), "'nowhere' is no address"),
+        (("host", "--bind", "nowhere"), "'nowhere' is not an address"),
         (("host", "--key", "a.key"), "can't read the key"),
     ],
 )

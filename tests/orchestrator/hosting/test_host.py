@@ -123,7 +123,7 @@ def test_two_hosts_on_one_address_are_one_too_many():
     bind = f"tcp://127.0.0.1:{free_port()}"
     with (
         serve_registry(Registry(LIVENESS), bind, Timeouts()),
-        pytest.raises(AddressUnavailable, match=f"{bind} is in use; end who serves there"),
+        pytest.raises(AddressUnavailable, match=f"{bind} is in use; stop the process that serves there"),
     ):
         run_host(bind)
 

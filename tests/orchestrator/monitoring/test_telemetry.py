@@ -12,7 +12,7 @@ from orchestrator.supervision.heartbeat import Health
 from orchestrator.supervision.registry import Registry, serve_registry
 from protocol.errors import AddressUnavailable
 from protocol.messages import Role
-from protocol.observer import NOBODY
+from protocol.observer import NO_OBSERVER
 from protocol.telemetry.info import About
 from protocol.timeouts import Timeouts
 from tests.protocol.security.deployment import free_port
@@ -104,7 +104,7 @@ def test_workers_of_one_name_on_several_machines_are_told_once():
 def test_without_a_port_the_display_is_as_it_was():
     display = Shown()
     with run_telemetry(None, "monday", display) as monitors:
-        assert (monitors.display, monitors.registry) == (display, NOBODY)
+        assert (monitors.display, monitors.registry) == (display, NO_OBSERVER)
 
 
 def test_with_one_the_display_is_shown_the_same_and_monitors_are_answered():
@@ -144,7 +144,7 @@ def test_a_port_that_is_none_is_told(orchestrator, command):
     (orchestrator.folder / "nothing" / "config.toml").write_text("")
     done = orchestrator.run(*command.split(), "--http", "somewhere")
     assert done.returncode == 2
-    assert "'somewhere' is no place to serve HTTP" in done.stderr
+    assert "'somewhere' is not an HTTP endpoint" in done.stderr
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from orchestrator.supervision.registry import Registry, serve_registry
 from protocol.client.client import Client
 from protocol.errors import AddressUnavailable
 from protocol.messages import Drain, Lookup, Register, Role, State, WorkerRecord
-from protocol.server.membership import Membership
+from protocol.server.registration import Registration
 from protocol.timeouts import Timeouts
 
 LIVENESS = 5.0
@@ -103,13 +103,13 @@ def test_a_member_registers_and_learns_of_others_over_the_wire(tmp_path_factory)
     learned = threading.Event()
     with (
         serve_registry(registry, address, timeouts),
-        Membership(address, describe=worker, on_orphaned=lambda: None, timeouts=timeouts) as membership,
+        Registration(address, describe=worker, on_orphaned=lambda: None, timeouts=timeouts) as registration,
     ):
         for _ in range(200):
-            if membership.lookup(Role.RENDER):
+            if registration.lookup(Role.RENDER):
                 break
             learned.wait(0.05)
-        assert membership.lookup(Role.RENDER) == (worker(),)
+        assert registration.lookup(Role.RENDER) == (worker(),)
         with Client(address, role=Role.AGENT, serves=Role.ORCHESTRATOR) as client:
             assert client.call(Lookup(role=Role.RENDER)).workers == (worker(),)
 

@@ -14,7 +14,6 @@ from perception_worker.perceive import Perceiver
 from perception_worker.worker import open_perceiver
 from protocol.config import EnvironmentConfig, PerceptionConfig, RenderConfig, settled
 from protocol.frame import Frame
-from protocol.messages import Render
 from protocol.pose_estimate import FilterState, PoseEstimate
 from render_worker.renderer import open_renderer
 from render_worker.scenes import sample_scene
@@ -37,7 +36,7 @@ def frames() -> list[Frame]:
     for number in range(VIEWS):
         scene = sample_scene(1000 + number, "test")
         place = Viewpoint(distance=2.0 + 6.0 * number / VIEWS, angle=number * 97.0 % 360.0 - 180.0, altitude=1.6)
-        frames.append(renderer.render(Render(scene=scene, camera=camera_at(place, scene, environment), truth=True)))
+        frames.append(renderer.render(scene, camera_at(place, scene, environment), truth=True))
     renderer.close()
     return frames
 

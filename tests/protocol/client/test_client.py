@@ -1,4 +1,4 @@
-"""Every call ends by its deadline, with its own reply or a typed error, whatever the worker does."""
+"""Every call ends by its deadline, with its own reply or a typed error, for every behaviour of the worker."""
 
 import itertools
 import math
@@ -66,7 +66,7 @@ def test_many_calls_of_several_threads_each_get_their_own_reply(address):
 
 
 def test_no_call_of_many_threads_sleeps_through_its_reply(address):
-    """Callers and handlers send by themselves while the I/O threads wait: nobody may miss what came meanwhile."""
+    """Callers and handlers send by themselves while the I/O threads wait; no message may be missed meanwhile."""
 
     def sample(request: SampleScene):
         time.sleep(request.seed % 7 / 5000)
@@ -314,4 +314,4 @@ def test_a_mistake_of_the_client_s_own_ends_every_call_and_leaves_none_waiting(a
             client.call(ask(1))
         with pytest.raises(ClientClosed, match="a mistake"):
             client.call(ask(2))
-    assert "the client's thread has failed" in caplog.text
+    assert "the client's I/O thread failed" in caplog.text

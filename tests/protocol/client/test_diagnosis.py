@@ -16,7 +16,7 @@ def pool(address):
     """Of one worker."""
     timeouts = replace(PATIENT, liveness=0.3)
     with Pool([address], role=Role.PERCEPTION, serves=Role.RENDER, timeouts=timeouts) as pool:
-        pool.watch()
+        pool.monitor()
         yield pool
 
 

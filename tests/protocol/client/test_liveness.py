@@ -51,7 +51,7 @@ class TestStopped:
             pool.wait_ready()
             stopped.send_signal(signal.SIGSTOP)
             assert yaws(pool, range(10)) == list(range(10))
-            # Half of the calls, or less: whoever answers while others are still submitted has fewer in hand.
+            # Half of the calls, or less: a worker that answers while calls are still submitted holds fewer.
             lost = pool.statistics.losses
             assert 1 <= lost <= 5
             assert yaws(pool, range(10)) == list(range(10))

@@ -149,7 +149,7 @@ def test_a_pool_of_workers_of_another_role_is_a_typed_error(addresses):
         pool.call(ask(1))
 
 
-def test_a_pool_that_reaches_nobody_names_all_its_addresses(addresses):
+def test_a_pool_that_reaches_no_worker_names_all_its_addresses(addresses):
     first, second = addresses
     with pool_of(addresses) as pool, pytest.raises(DeadlineExceeded, match=f"render at {first} or render at {second}"):
         pool.call(ask(1), deadline=0.1)
@@ -166,7 +166,7 @@ def test_a_pool_without_workers_says_so_at_the_deadline():
 
 
 class TestParents:
-    """Workers that call others: they are asked, and say when there is nobody for them to ask."""
+    """Workers that call others: they get calls, and report when they know no worker to call."""
 
     @pytest.fixture
     def child(self, address) -> str:
@@ -174,15 +174,15 @@ class TestParents:
 
     @pytest.fixture
     def parents(self, addresses, child) -> Iterator[Pool]:
-        """Two parents, of which the first knows nobody and the second one child; that one need not be there."""
+        """Two workers that call render workers: the first knows none, the second knows one, which may not run."""
         with (
-            pool_of([]) as nobody,
+            pool_of([]) as none,
             pool_of([child]) as children,
-            serving(addresses[0], role=Role.PERCEPTION, calls={Role.RENDER: nobody}),
+            serving(addresses[0], role=Role.PERCEPTION, calls={Role.RENDER: none}),
             serving(addresses[1], role=Role.PERCEPTION, calls={Role.RENDER: children}),
             Pool(addresses, role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENT) as pool,
         ):
-            pool.watch()
+            pool.monitor()
             yield pool
 
     @pytest.mark.slow
@@ -256,7 +256,7 @@ def test_a_question_to_a_worker_that_is_removed_ends(addresses):
     with pool_of(addresses) as pool:
         pool.remove(addresses[0])
         pool.remove(addresses[1])
-        with pytest.raises(WorkerLost, match=f"{addresses[0]} was let go before it answered Ping"):
+        with pytest.raises(WorkerLost, match=f"{addresses[0]} was removed before it answered Ping"):
             pool._ping(addresses[0])
 
 

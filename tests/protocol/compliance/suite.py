@@ -1,4 +1,4 @@
-"""The compliance suite as whoever has a worker runs it: in a process of its own."""
+"""The compliance suite as the author of a worker runs it: in a process of its own."""
 
 import os
 import re

@@ -126,8 +126,8 @@ def test_a_failed_rule_says_what_it_is_and_why(address, folder):
     ("options", "complaint"),
     [
         ([], "name its address: --worker tcp://host:port"),
-        (["--worker", "localhost:5555"], "'localhost:5555' is no address; write tcp://host:port or ipc://"),
-        (["--worker", "ipc:///tmp/x", "--patience", "soon"], "'soon' is no number of seconds above 0"),
+        (["--worker", "localhost:5555"], "'localhost:5555' is not an address; write tcp://host:port or ipc://"),
+        (["--worker", "ipc:///tmp/x", "--patience", "soon"], "'soon' is not a number of seconds above 0"),
         (
             ["--worker", "ipc:///tmp/nobody", "--patience", "0.1"],
             "no worker to test at ipc:///tmp/nobody: waited 0.1 s",

@@ -21,7 +21,7 @@ class BareClient:
         self._socket = socket
 
     def send(self, parts: Sequence[bytes]) -> None:
-        """Send whatever it is."""
+        """Send any parts."""
         self._socket.send_multipart(parts)
 
     def ask(self, request: Request, number: int = 1, *, deadline: float = 60.0, version: int = 1) -> None:
@@ -43,7 +43,7 @@ class BareClient:
 
 @contextmanager
 def bare_client(address: str) -> Generator[BareClient]:
-    """A client that is gone at the end, whatever is under way."""
+    """A client that closes at the end, with its requests still under way."""
     with zmq.Context() as context, context.socket(zmq.DEALER) as socket:
         socket.setsockopt(zmq.LINGER, 0)
         socket.connect(address)

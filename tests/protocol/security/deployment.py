@@ -50,14 +50,14 @@ class Deployment:
         return Security(load_credentials(self.folder / f"{name}.key"))
 
     def make_up(self, name: str, role: Role, folder: Path) -> Path:
-        """Write a key that nobody has allowed, beside a list of its owner's own making, with all true keys in it."""
+        """Write a key that is not allowed, beside a list that its owner made, with all allowed keys in it."""
         key, path = new_key_pair(name, role), folder / f"{name}.key"
         write_key(key, path)
         write_allow_list(read_allow_list(self.allowed).with_key(key), folder / "allowed.json")
         return path
 
     def stranger(self, role: Role) -> Security:
-        """Somebody who knows all public keys, and whose own key nobody has allowed."""
+        """A stranger who knows all public keys, and whose own key is not allowed."""
         return Security(load_credentials(self.make_up("stranger", role, self.folder / "elsewhere")))
 
     @contextmanager

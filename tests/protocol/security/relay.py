@@ -1,4 +1,4 @@
-"""Somebody on the way between client and worker, who hears every byte."""
+"""An eavesdropper between client and worker, who reads every byte."""
 
 import contextlib
 import socket

@@ -1,4 +1,4 @@
-"""The list says whose keys count, and is in force as soon as its file says something else."""
+"""The list says which keys are valid, and a change of its file takes effect at once."""
 
 import pytest
 
@@ -80,12 +80,12 @@ def test_a_list_that_can_t_be_read_any_more_changes_nothing(allowed, path, damag
     else:
         path.write_bytes(path.read_bytes()[:50])
     assert file.current() == allowed
-    assert "going on with the keys that were allowed before" in caplog.text
+    assert "the keys that were allowed before stay valid" in caplog.text
 
 
 @pytest.mark.parametrize("content", [b"", b"[]", b'{"format": 2, "keys": []}', b'{"keys": [{"name": "x"}]}', b"\xff"])
 def test_what_is_no_list_is_refused_by_name(tmp_path, content):
     path = tmp_path / "allowed.json"
     path.write_bytes(content)
-    with pytest.raises(NotPermitted, match=r"allowed\.json is no list of allowed keys"):
+    with pytest.raises(NotPermitted, match=r"allowed\.json is not a list of allowed keys"):
         AllowListFile(path)

@@ -15,7 +15,7 @@ def test_a_role_s_only_key_is_the_one_to_prove(deployment):
 def test_with_several_keys_of_a_role_the_table_has_to_say_which(deployment):
     second = read_key(deployment.make("render-2", Role.RENDER)).public
     credentials = load_credentials(deployment.folder / "agent.key")
-    with pytest.raises(NotPermitted, match=r"open \(render, render-2\)"):
+    with pytest.raises(NotPermitted, match=r"one of several keys \(render, render-2\)"):
         credentials.server_key(Role.RENDER)
     assert credentials.server_key(Role.RENDER, announced=second) == second
 

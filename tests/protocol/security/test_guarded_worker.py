@@ -1,4 +1,4 @@
-"""A worker with keys answers those who may call, and nobody else; its log says who tried."""
+"""A worker with keys answers only clients that may call; its log names the others."""
 
 import logging
 import socket
@@ -23,7 +23,7 @@ from protocol.messages import (
     Workers,
 )
 from protocol.security import read_key
-from protocol.server.worker_registration import WorkerRegistration
+from protocol.server.registration_settings import RegistrationSettings
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry
 from tests.protocol.processes.bare_client import bare_client
@@ -96,7 +96,7 @@ def test_a_key_of_a_role_without_business_there_gets_no_answer(deployment, caplo
         pytest.raises(NotPermitted),
     ):
         client.call(ask(1))
-    assert "its key 'render' is of the role render, which has no business with render" in caplog.text
+    assert "its key 'render' is of the role render, which may not call render" in caplog.text
 
 
 def test_a_key_that_is_revoked_while_it_is_used_is_refused_from_then_on(deployment, caplog):
@@ -190,7 +190,7 @@ def test_a_stranger_without_a_key_gets_nothing_and_is_noticed(deployment, caplog
     with deployment.serving() as address:
         with bare_client(address) as bare:
             bare.ask(Hello(role=Role.AGENT, incarnation="x"))
-            wait_until(lambda: "before it had shown a key that fits" in caplog.text)
+            wait_until(lambda: "before it had shown a valid key" in caplog.text)
             assert not bare.has_reply(0.2)
         with deployment.client(address, Role.AGENT) as client:
             assert client.call(ask(2)).scene.yaw == 2
@@ -238,8 +238,8 @@ def test_the_table_tells_a_worker_s_key_and_where_it_is_reached(deployment):
     seen: list[WorkerRecord] = []
     handlers = {Register: lambda request: (seen.append(request.worker), Registered())[1], Lookup: REGISTRY[Lookup]}
     with deployment.serving(handlers, role=Role.ORCHESTRATOR) as registry:
-        membership = WorkerRegistration(registry, "gpu-box", advertised="tcp://gpu-box:5601")
-        with deployment.serving(membership=membership):
+        registration = RegistrationSettings(registry, "gpu-box", advertised="tcp://gpu-box:5601")
+        with deployment.serving(registration=registration):
             wait_until(lambda: seen)
     assert seen[0].address == "tcp://gpu-box:5601"
     assert seen[0].key == deployment.public("render")

@@ -54,7 +54,7 @@ def test_a_key_is_shown_without_its_secret(key):
 
 @pytest.mark.parametrize("name", ["", "../up", "a b", "-dash", "x" * 65, "new\nline"])
 def test_what_is_no_name_names_no_key(name):
-    with pytest.raises(InvalidInput, match="no name for a key"):
+    with pytest.raises(InvalidInput, match="not a name for a key"):
         new_key_pair(name, Role.RENDER)
 
 
@@ -83,5 +83,5 @@ def test_a_key_whose_halves_don_t_fit_is_damaged(key, path, field, value):
 )
 def test_a_file_that_is_no_key_is_refused_by_name(key, path, content):
     path.write_bytes(content)
-    with pytest.raises(NotPermitted, match=r"gpu-box\.key is no key"):
+    with pytest.raises(NotPermitted, match=r"gpu-box\.key is not a key"):
         read_key(path)

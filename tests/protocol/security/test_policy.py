@@ -1,4 +1,4 @@
-"""What leaves the machine needs a key, or somebody who says that it does not."""
+"""An address that other machines can reach needs a key, or an explicit `insecure`."""
 
 import argparse
 

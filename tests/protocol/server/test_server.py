@@ -1,4 +1,4 @@
-"""A worker answers whatever comes, while it starts, computes and drains."""
+"""A worker answers every message, while it starts, computes and drains."""
 
 import os
 import sys
@@ -155,15 +155,15 @@ def test_a_reply_sent_to_a_worker_is_no_request(address):
     with serving(address), bare_client(address) as client:
         header = RequestHeader(1, "bare", 1.0)
         client.send([bytes(part) for part in seal(encode(Drained(), Limits()), header)])
-        assert client.receive()[1].message == "Drained is no request"
+        assert client.receive()[1].message == "Drained is not a request"
 
 
 @pytest.mark.parametrize(
     ("handler", "message"),
     [
         (lambda request: 1 / 0, "ZeroDivisionError: division by zero"),
-        (lambda request: None, "the handler of SampleScene returned something else than a Sampled"),
-        (lambda request: Drained(), "the handler of SampleScene returned something else than a Sampled"),
+        (lambda request: None, "the handler of SampleScene did not return a Sampled"),
+        (lambda request: Drained(), "the handler of SampleScene did not return a Sampled"),
         (lambda request: Sampled(scene=1j), "the reply can't be sent: a complex can't be sent"),
     ],
     ids=["raises", "returns none", "returns another reply", "returns what does not travel"],
@@ -327,7 +327,7 @@ def test_an_address_in_use_is_told(address):
 def test_a_port_in_use_is_told():
     with zmq.Context() as context, context.socket(zmq.ROUTER) as taken:
         port = taken.bind_to_random_port("tcp://127.0.0.1")
-        with pytest.raises(AddressUnavailable, match=f"tcp://127.0.0.1:{port} is in use; end who serves there"):
+        with pytest.raises(AddressUnavailable, match=f":{port} is in use; stop the process that serves there"):
             serve(lambda: SCENES, role=Role.RENDER, bind=f"tcp://127.0.0.1:{port}")
 
 
@@ -377,4 +377,4 @@ def test_a_mistake_while_a_handler_sends_ends_the_worker_with_it(address, monkey
             pending.cancel()
         with pytest.raises(RuntimeError, match="a mistake"):
             worker.result()
-    assert "the listener has failed" in caplog.text
+    assert "the worker's I/O thread failed" in caplog.text

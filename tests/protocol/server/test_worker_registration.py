@@ -10,7 +10,7 @@ import pytest
 from protocol import Handlers, Pool, Timeouts, serve
 from protocol.errors import AddressUnavailable
 from protocol.messages import Drain, Role, SampleScene, State
-from protocol.server.worker_registration import WorkerRegistration
+from protocol.server.registration_settings import RegistrationSettings
 from tests.protocol.processes.calls import PATIENT, ask, client_of
 from tests.protocol.processes.registry import Registry, record
 from tests.protocol.processes.serving import SCENES, serving
@@ -34,10 +34,10 @@ def registry(orchestrator):
 
 
 def serving_thread(
-    address: str, load: Callable[[], Handlers], membership: WorkerRegistration, timeouts: Timeouts
+    address: str, load: Callable[[], Handlers], registration: RegistrationSettings, timeouts: Timeouts
 ) -> threading.Thread:
-    """A worker that ends when it is told to, by whomever."""
-    options = {"role": Role.RENDER, "bind": address, "membership": membership, "timeouts": timeouts}
+    """A worker that ends when its orchestrator or its client tells it to."""
+    options = {"role": Role.RENDER, "bind": address, "registration": registration, "timeouts": timeouts}
     thread = threading.Thread(target=serve, args=(load,), kwargs=options, daemon=True)
     thread.start()
     return thread
@@ -58,7 +58,7 @@ def test_a_worker_is_registered_in_every_state_of_its_life(address, orchestrator
         known = registry.table.get("render-3")
         return known and known.state
 
-    worker = serving_thread(address, load, WorkerRegistration(orchestrator, "render-3"), LONG)
+    worker = serving_thread(address, load, RegistrationSettings(orchestrator, "render-3"), LONG)
     with client_of(address) as client:
         wait_until(lambda: state() is State.STARTING)
         may_load.set()
@@ -86,7 +86,7 @@ def test_a_pool_of_a_worker_follows_the_table(address, orchestrator, registry):
             address,
             {SampleScene: pool.call},
             role=Role.PERCEPTION,
-            membership=WorkerRegistration(orchestrator, "perception-0", {Role.RENDER: pool}),
+            registration=RegistrationSettings(orchestrator, "perception-0", {Role.RENDER: pool}),
             timeouts=LONG,
         ),
         client_of(address) as client,
@@ -102,7 +102,9 @@ def test_an_orphan_answers_what_it_has_in_hand_and_ends(address, orchestrator):
         may_answer.wait(20)
         return scene_for(request.seed)
 
-    worker = serving_thread(address, lambda: {SampleScene: sample}, WorkerRegistration(orchestrator, "render-0"), BRIEF)
+    worker = serving_thread(
+        address, lambda: {SampleScene: sample}, RegistrationSettings(orchestrator, "render-0"), BRIEF
+    )
     with client_of(address) as client:
         pending = client.submit(ask(2))
         assert begun.wait(20)
@@ -121,7 +123,9 @@ def test_a_worker_that_hears_that_the_run_is_over_answers_what_it_has_in_hand_an
         may_answer.wait(20)
         return scene_for(request.seed)
 
-    worker = serving_thread(address, lambda: {SampleScene: sample}, WorkerRegistration(orchestrator, "render-0"), LONG)
+    worker = serving_thread(
+        address, lambda: {SampleScene: sample}, RegistrationSettings(orchestrator, "render-0"), LONG
+    )
     with client_of(address) as client:
         pending = client.submit(ask(2))
         assert begun.wait(20)
@@ -135,14 +139,14 @@ def test_a_worker_that_hears_that_the_run_is_over_answers_what_it_has_in_hand_an
 
 def test_an_orchestrator_whose_address_is_none_is_told(address):
     with pytest.raises(AddressUnavailable):
-        serve(lambda: SCENES, role=Role.RENDER, bind=address, membership=WorkerRegistration("nowhere", "render-0"))
+        serve(lambda: SCENES, role=Role.RENDER, bind=address, registration=RegistrationSettings("nowhere", "render-0"))
 
 
 @pytest.mark.slow
 class TestOrphanedProcess:
     @pytest.fixture
     def orchestrating(self, orchestrator, start):
-        """An orchestrator's process, there before anybody misses it."""
+        """An orchestrator's process, which answers before any process misses it."""
         process = start("keeps_a_registry", orchestrator)
         with client_of(orchestrator) as client:
             client.wait_ready()

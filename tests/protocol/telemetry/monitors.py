@@ -1,4 +1,4 @@
-"""Whoever asks a process how it is, over real HTTP."""
+"""A monitor that queries a process over real HTTP."""
 
 import re
 import socket
@@ -18,26 +18,26 @@ class Monitor:
         self._client = httpx.Client(base_url=f"http://{at}", timeout=20.0, trust_env=False)
 
     def get(self, path: str) -> httpx.Response:
-        """The response, whatever its status."""
+        """The response, with any status."""
         return self._client.get(path)
 
     def post(self, path: str, **headers: str) -> httpx.Response:
-        """The response to an order, whatever its status."""
+        """The response to a control call, with any status."""
         return self._client.post(path, headers=headers)
 
     def json(self, path: str) -> Any:
-        """What the body says, whatever its status."""
+        """The decoded body, with any status."""
         return self.get(path).json()
 
     def is_ready(self) -> bool:
-        """Whether it says so; not while nobody answers."""
+        """Whether the process says so; False while it does not answer."""
         try:
             return self.get("/health/ready").status_code == 200
         except httpx.TransportError:
             return False
 
     def answers(self) -> bool:
-        """Whether anybody is there."""
+        """Whether the process answers."""
         try:
             self.get("/info")
         except httpx.TransportError:
@@ -69,7 +69,7 @@ def monitoring(at: Endpoint) -> Iterator[Monitor]:
 
 
 def free_endpoint() -> Endpoint:
-    """One where nobody listens now."""
+    """An endpoint at which no process listens now."""
     with closing(socket.socket()) as probe:
         probe.bind(("127.0.0.1", 0))
         return Endpoint("127.0.0.1", probe.getsockname()[1])

@@ -1,4 +1,4 @@
-"""The app keeps what its OpenAPI document says, whatever is asked of it."""
+"""The app keeps to its OpenAPI document for every request."""
 
 import pytest
 import schemathesis

@@ -1,4 +1,4 @@
-"""Whoever knows the token may end a process, and nobody else."""
+"""Only a caller that knows the token may end a process."""
 
 import os
 

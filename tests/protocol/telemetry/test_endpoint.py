@@ -47,4 +47,4 @@ class TestOption:
     def test_a_mistake_is_named(self, parser, capsys):
         with pytest.raises(SystemExit):
             parser.parse_args(["--http", "nowhere"])
-        assert "'nowhere' is no place to serve HTTP" in capsys.readouterr().err
+        assert "'nowhere' is not an HTTP endpoint" in capsys.readouterr().err

@@ -76,7 +76,7 @@ def test_only_beyond_loopback_a_warning_says_who_may_read(app, caplog):
     with served(app, ANY):
         assert not [record for record in caplog.records if record.levelno >= logging.WARNING]
     with served(app, Endpoint("0.0.0.0", 0)):
-        assert "anyone who gets to 0.0.0.0:" in caplog.text
+        assert "every machine that reaches 0.0.0.0:" in caplog.text
 
 
 def test_signals_and_logs_stay_ours(app, caplog):

@@ -4,7 +4,7 @@ from protocol.telemetry.liveness import liveness
 
 
 class Works:
-    """Takes a turn at every third time that it is woken: somebody else took the messages before."""
+    """Takes a turn at every third wake-up: another thread took the earlier messages."""
 
     def __init__(self):
         self.turns = 7

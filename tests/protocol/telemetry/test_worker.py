@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from protocol import Limits, Pool, serve
 from protocol.errors import AddressUnavailable, Unavailable
 from protocol.messages import Drain, Role, SampleScene
-from protocol.observer import NOBODY
+from protocol.observer import NO_OBSERVER
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry
 from tests.protocol.processes.bare_client import bare_client
@@ -20,14 +20,14 @@ from tests.protocol.processes.calls import PATIENT, ask, client_of
 from tests.protocol.processes.serving import SCENES, serving
 from tests.protocol.processes.waiting import wait_until
 from tests.protocol.telemetry.monitors import free_endpoint, monitoring
-from tests.protocol.telemetry.watching import Held, watched
+from tests.protocol.telemetry.observing import Held, observed
 from tests.protocol.workers.scenes import scene_for
 
 
 class TestLive:
     def test_it_lives_while_a_handler_computes(self, address):
         held = Held()
-        with watched(address, held.handlers) as monitor, client_of(address) as client:
+        with observed(address, held.handlers) as monitor, client_of(address) as client:
             pending = client.submit(ask(1))
             assert held.begun.wait(20)
             response = monitor.get("/health/live")
@@ -80,7 +80,7 @@ class TestReady:
             release.wait(20)
             return SCENES
 
-        with watched(address, load) as monitor:
+        with observed(address, load) as monitor:
             response = monitor.get("/health/ready")
             assert response.status_code == 503
             assert response.json()["ready"] is False
@@ -117,7 +117,7 @@ class TestReady:
         children = f"{address}-0", f"{address}-1"
         with (
             Pool(children, role=Role.PERCEPTION, serves=Role.RENDER, timeouts=PATIENT) as pool,
-            watched(address, calls={Role.RENDER: pool}, role=Role.PERCEPTION) as monitor,
+            observed(address, calls={Role.RENDER: pool}, role=Role.PERCEPTION) as monitor,
         ):
             assert monitor.waits_on() >= {"render"}
             assert all(child in monitor.get("/health/ready").text for child in children)
@@ -141,7 +141,7 @@ class TestReady:
         timeouts = replace(PATIENT, liveness=0.3)
         with (
             Pool([child], role=Role.PERCEPTION, serves=Role.RENDER, timeouts=timeouts) as pool,
-            watched(address, calls={Role.RENDER: pool}, role=Role.PERCEPTION) as monitor,
+            observed(address, calls={Role.RENDER: pool}, role=Role.PERCEPTION) as monitor,
         ):
             process = start("serves_scenes", child)
             wait_until(monitor.is_ready)
@@ -155,7 +155,7 @@ class TestReady:
 
 class TestInfo:
     def test_it_says_what_the_process_is(self, address):
-        with watched(address) as monitor, client_of(address) as client:
+        with observed(address) as monitor, client_of(address) as client:
             told = monitor.json("/info")
             assert told["incarnation"] == client.ping().incarnation
             del told["incarnation"], told["version"]
@@ -172,7 +172,7 @@ class TestInfo:
     def test_it_names_who_is_called(self, address):
         with (
             Pool([f"{address}-0"], role=Role.PERCEPTION, serves=Role.RENDER, timeouts=PATIENT) as pool,
-            watched(address, calls={Role.RENDER: pool}) as monitor,
+            observed(address, calls={Role.RENDER: pool}) as monitor,
         ):
             pool.add(f"{address}-1")
             assert monitor.json("/info")["calls"] == {"render": [f"{address}-0", f"{address}-1"]}
@@ -180,7 +180,7 @@ class TestInfo:
     def test_nothing_of_the_environment_or_the_command_line_is_told(self, address, monkeypatch):
         monkeypatch.setenv("VANTAGE_SECRET_KEY", "hush-hush")
         monkeypatch.setattr(sys, "argv", [*sys.argv, "--key", "not-for-you"])
-        with watched(address) as monitor:
+        with observed(address) as monitor:
             for path in ("/info", "/metrics", "/health/ready", "/openapi.json"):
                 assert not any(secret in monitor.get(path).text for secret in ("hush-hush", "not-for-you"))
 
@@ -188,7 +188,7 @@ class TestInfo:
 class TestWithout:
     def test_nobody_watches_and_nothing_is_served(self):
         with worker_telemetry(None, About(role=Role.RENDER, name="r")) as observer:
-            assert observer is NOBODY
+            assert observer is NO_OBSERVER
 
     @pytest.mark.slow
     def test_no_library_for_it_is_loaded(self):

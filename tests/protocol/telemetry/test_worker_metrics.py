@@ -10,7 +10,7 @@ from protocol.messages import Render, Role, SampleScene
 from tests.protocol.processes.bare_client import bare_client
 from tests.protocol.processes.calls import PATIENT, ask, client_of
 from tests.protocol.processes.waiting import wait_until
-from tests.protocol.telemetry.watching import Held, watched
+from tests.protocol.telemetry.observing import Held, observed
 from tests.protocol.values.samples import CAMERA, SCENE
 from tests.protocol.workers.scenes import scene_for
 
@@ -27,7 +27,7 @@ def test_answers_failures_and_refusals_are_counted_as_what_they_were(address):
             raise RuntimeError("an accident")
         return scene_for(request.seed)
 
-    with watched(address, {SampleScene: sample}) as monitor, client_of(address) as client:
+    with observed(address, {SampleScene: sample}) as monitor, client_of(address) as client:
         client.call(ask(1))
         client.call(ask(2))
         for request in (ask(3), ask(4), Render(scene=SCENE, camera=CAMERA)):
@@ -44,7 +44,7 @@ def test_answers_failures_and_refusals_are_counted_as_what_they_were(address):
 def test_what_is_turned_away_at_the_door_is_counted(address):
     held = Held()
     with (
-        watched(address, held.handlers, limits=Limits(queue=1)) as monitor,
+        observed(address, held.handlers, limits=Limits(queue=1)) as monitor,
         bare_client(address) as client,
     ):
         client.ask(ask(1), 1)
@@ -60,7 +60,7 @@ def test_what_is_turned_away_at_the_door_is_counted(address):
 
 def test_one_that_expires_in_the_queue_is_refused(address):
     held = Held()
-    with watched(address, held.handlers) as monitor, bare_client(address) as client:
+    with observed(address, held.handlers) as monitor, bare_client(address) as client:
         client.ask(ask(1), 1)
         assert held.begun.wait(20)
         client.ask(ask(2), 2, deadline=0.0)
@@ -71,7 +71,7 @@ def test_one_that_expires_in_the_queue_is_refused(address):
 
 
 def test_noise_is_counted(address):
-    with watched(address) as monitor, bare_client(address) as client:
+    with observed(address) as monitor, bare_client(address) as client:
         assert monitor.metric("vantage_malformed_messages_total") == 0
         client.send([b"noise"])
         wait_until(lambda: monitor.metric("vantage_malformed_messages_total") == 1)
@@ -82,7 +82,7 @@ def test_calls_to_others_are_counted_by_role(address, start):
     behind = f"{address}-behind"
     with (
         Pool([behind], role=Role.PERCEPTION, serves=Role.RENDER, timeouts=PATIENT) as pool,
-        watched(address, calls={Role.RENDER: pool}) as monitor,
+        observed(address, calls={Role.RENDER: pool}) as monitor,
     ):
         assert monitor.metric("vantage_call_losses_total", serves="render") == 0
         start("dies_after_hello", behind)
@@ -94,6 +94,6 @@ def test_calls_to_others_are_counted_by_role(address, start):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="they come from /proc")
 def test_the_process_has_memory_and_a_start(address):
-    with watched(address) as monitor:
+    with observed(address) as monitor:
         assert (monitor.metric("vantage_process_resident_memory_bytes") or 0) > 1_000_000
         assert (monitor.metric("vantage_process_start_time_seconds") or 0) > 1_600_000_000

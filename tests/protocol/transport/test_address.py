@@ -42,7 +42,7 @@ def test_an_address_is_returned_as_it_is(address):
     ],
 )
 def test_what_is_no_address_is_named_and_told_how_to_write(address):
-    with pytest.raises(AddressUnavailable, match=f"'{address}' is no address; write tcp://host:port or ipc://"):
+    with pytest.raises(AddressUnavailable, match=f"'{address}' is not an address; write tcp://host:port or ipc://"):
         check_address(address)
 
 
@@ -68,7 +68,7 @@ def test_a_tcp_address_has_no_file():
     assert ipc_path("ipc:///a/b") == Path("/a/b")
 
 
-def test_a_socket_that_nobody_listens_at_is_removed(address):
+def test_the_file_of_a_socket_without_a_listener_is_removed(address):
     path = Path(address.removeprefix("ipc://"))
     left = socket.socket(socket.AF_UNIX)
     left.bind(str(path))

@@ -29,14 +29,14 @@ def test_the_reader_is_woken():
     assert not is_readable(mailbox, 0)
     thread.start()
     assert is_readable(mailbox, 20)
-    mailbox.hear()
+    mailbox.clear_wakeups()
     assert not is_readable(mailbox, 0)
     assert mailbox.take() == [1]
     thread.join()
     mailbox.close()
 
 
-def test_a_thing_is_handled_by_who_brings_it_while_nobody_is_at_work():
+def test_an_item_is_handled_in_the_thread_that_puts_it_while_the_reader_waits():
     mailbox: Mailbox[int] = Mailbox()
     in_use, handled = threading.Lock(), []
     mailbox.put_or_handle(1, in_use, lambda: handled.append((mailbox.take(), in_use.locked())))
@@ -48,7 +48,7 @@ def test_a_thing_is_handled_by_who_brings_it_while_nobody_is_at_work():
 
 def test_who_handles_what_it_brings_leaves_a_signal_to_the_reader():
     mailbox: Mailbox[int] = Mailbox()
-    os.write(mailbox.bell, bytes([signal.SIGTERM]))
+    os.write(mailbox.wakeup_descriptor, bytes([signal.SIGTERM]))
     mailbox.put_or_handle(1, threading.Lock(), mailbox.take)
     assert is_readable(mailbox, 0)
     mailbox.close()
@@ -66,12 +66,12 @@ def test_a_thing_is_left_for_who_is_at_work():
 def test_a_signal_wakes_the_reader_and_is_told():
     mailbox: Mailbox[int] = Mailbox()
     mailbox.put(1)
-    mailbox.hear()
+    mailbox.clear_wakeups()
     assert not mailbox.was_signalled
-    os.write(mailbox.bell, bytes([signal.SIGTERM]))
+    os.write(mailbox.wakeup_descriptor, bytes([signal.SIGTERM]))
     assert is_readable(mailbox, 0)
     assert mailbox.take() == [1]
-    mailbox.hear()
+    mailbox.clear_wakeups()
     assert mailbox.was_signalled
     assert not is_readable(mailbox, 0)
     mailbox.close()
@@ -90,7 +90,7 @@ def test_nothing_is_lost_between_threads():
     taken: list[int] = []
     while len(taken) < 20_000:
         assert is_readable(mailbox, 20)
-        mailbox.hear()
+        mailbox.clear_wakeups()
         taken += mailbox.take()
     for thread in threads:
         thread.join()
@@ -98,7 +98,7 @@ def test_nothing_is_lost_between_threads():
     mailbox.close()
 
 
-def test_what_is_put_after_the_end_is_kept_and_harms_nobody():
+def test_an_item_put_after_the_end_is_kept_and_does_no_harm():
     mailbox: Mailbox[int] = Mailbox()
     mailbox.close()
     mailbox.put(1)

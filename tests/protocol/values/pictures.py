@@ -17,7 +17,7 @@ LITTLE = 300_000
 
 sizes = st.tuples(st.integers(1, 9), st.integers(1, 9))
 colours = sizes.flatmap(lambda size: nps.arrays(np.uint8, (*size, 3)))
-# Any 32 bits: NaN with whatever is in it, infinities, both zeros.
+# Any 32 bits: NaN with any payload, infinities, both zeros.
 depths = sizes.flatmap(lambda size: nps.arrays(np.uint32, size, elements=st.integers(0, 2**32 - 1))).map(
     lambda bits: bits.view(np.float32)
 )

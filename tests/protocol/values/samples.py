@@ -93,7 +93,7 @@ def picture(camera: Camera = CAMERA) -> Frame:
 
 
 def packed_picture() -> Frame:
-    """A frame that was made smaller for its way; nobody has looked yet whether its bytes are a picture."""
+    """A frame that was made smaller for its way; its bytes have not been checked to be a picture."""
     return Frame(
         rgb=np.zeros((0, 0, 3), np.uint8),
         depth=np.zeros((0, 0), np.float32),

@@ -284,7 +284,7 @@ anything = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(name, inner, max_size=3),
     max_leaves=6,
 )
-"""Whatever msgpack can say."""
+"""Any value that msgpack can encode."""
 
 
 @st.composite

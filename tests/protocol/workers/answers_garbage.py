@@ -1,4 +1,4 @@
-"""Answers every request with what is no message: noise, then a reply whose body is noise."""
+"""Answers every request with garbage: noise, then a reply whose body is noise."""
 
 import msgspec
 from bare_worker import INCARNATION, BareWorker, open_worker

@@ -1,4 +1,4 @@
-"""Is somebody else after every request, and knows nothing of it any more."""
+"""Changes its incarnation after every request, as if it had been restarted."""
 
 from bare_worker import open_worker, pong, welcome
 

@@ -7,7 +7,7 @@ from scenes import scene_for
 
 from protocol import Handlers, Timeouts, serve
 from protocol.messages import Role, Sampled, SampleScene
-from protocol.server.worker_registration import WorkerRegistration
+from protocol.server.registration_settings import RegistrationSettings
 from protocol.system.logs import configure
 
 _, address, orchestrator, *sins = sys.argv
@@ -31,5 +31,5 @@ serve(
     role=Role.RENDER,
     bind=address,
     timeouts=Timeouts(call=1.0, heartbeat=0.05, liveness=0.5, grace=2.0),
-    membership=WorkerRegistration(orchestrator, "render-0"),
+    registration=RegistrationSettings(orchestrator, "render-0"),
 )

@@ -1,4 +1,4 @@
-"""Wants its first ping in three hundred years, the longest that can be said, and answers with a welcome to all."""
+"""Wants the longest heartbeat that there is, 300 years, and answers every request with a welcome."""
 
 import msgspec
 from bare_worker import open_worker, pong, welcome

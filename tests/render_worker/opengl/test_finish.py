@@ -7,7 +7,6 @@ import pytest
 
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import RenderConfig
-from protocol.messages import Render
 from render_worker.renderer import open_renderer
 from render_worker.scenes import sample_scene
 
@@ -19,7 +18,7 @@ def test_another_thread_gets_turns_while_a_large_frame_is_drawn():
     scene = sample_scene(0, "train")
     # Large, so that drawing takes far longer than a thread's turn on any machine.
     camera = Camera(CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0)), Intrinsics.from_horizontal_fov(2560, 1920, 70.0))
-    renderer.render(Render(scene=scene, camera=camera))
+    renderer.render(scene, camera)
     turns: list[float] = []
     drawn = threading.Event()
 
@@ -31,7 +30,7 @@ def test_another_thread_gets_turns_while_a_large_frame_is_drawn():
     other = threading.Thread(target=take_turns)
     other.start()
     begun = time.perf_counter()
-    renderer.render(Render(scene=scene, camera=camera))
+    renderer.render(scene, camera)
     ended = time.perf_counter()
     drawn.set()
     other.join()

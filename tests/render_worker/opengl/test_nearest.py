@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from protocol.camera import Camera, CameraPose, Intrinsics
-from protocol.messages import Render
 from render_worker.opengl.nearest import nearest_surface
 from render_worker.opengl.outline import Outline
 from render_worker.opengl.picture import NEAREST
@@ -51,5 +50,5 @@ def test_nothing_that_is_drawn_is_nearer(assets, renderer):
             azimuth, altitude = rng.uniform((-math.pi, 0.2), (math.pi, 3.0)).tolist()
             eye = (distance * math.cos(azimuth), distance * math.sin(azimuth), altitude)
             camera = Camera(CameraPose(eye, (0.0, 0.0, 1.0)), INTRINSICS)
-            depth = renderer.render(Render(scene=scene, camera=camera)).depth
+            depth = renderer.render(scene, camera).depth
             assert depth[depth > 0].min() >= nearest_surface(outlines, camera, hall=is_hall(scene.background))

@@ -13,7 +13,7 @@ from protocol.frame import Frame
 from protocol.messages import Perceive, Render, Role, Sampled, SampleScene
 from protocol.pose_estimate import FilterState, PoseEstimate
 from protocol.scene import Arm, BodyPose, Scene, Sun
-from protocol.server.worker_registration import WorkerRegistration
+from protocol.server.registration_settings import RegistrationSettings
 from protocol.system.logs import configure
 
 
@@ -36,7 +36,7 @@ def run_worker(role: Role, start: Callable[[], Handlers]) -> None:
         role=role,
         bind=options.bind,
         timeouts=Timeouts.from_config(load_config(options.config).timeouts) if options.config else Timeouts(),
-        membership=WorkerRegistration(options.orchestrator, options.name) if options.orchestrator else None,
+        registration=RegistrationSettings(options.orchestrator, options.name) if options.orchestrator else None,
     )
 
 

@@ -1,4 +1,4 @@
-"""Says Welcome to whoever comes, in whatever version they wish."""
+"""Says Welcome to every client, in any version that the client offers."""
 
 from proper_worker import ProperWorker, run
 

@@ -7,8 +7,15 @@ from proper_worker import Job, ProperWorker, run
 from protocol.header import RequestHeader
 from protocol.messages import Ping
 
+_PINGS_AT_ONCE = 8
+"""At most: an answered ping lowers the progress by one until its reply is sent, and that must not get negative."""
+
 
 class AnswersPingsFromItsHandler(ProperWorker):
+    def __init__(self, address: str) -> None:
+        super().__init__(address)
+        self.progress = _PINGS_AT_ONCE
+
     def answer(self, sender, header: RequestHeader, message) -> None:
         if isinstance(message, Ping):
             # Not counted as work, here and below, so that its counters are right.

@@ -1,4 +1,4 @@
-"""Draws something whatever the scene says: of one that can't be as well."""
+"""Draws something for every scene, also for an impossible one."""
 
 import numpy as np
 from proper_worker import ProperWorker, run

@@ -1,4 +1,4 @@
-"""Computes with whatever it is sent, and takes what comes of an impossible number for a mistake of its own."""
+"""Computes with every value that it is sent, and reports an impossible number as an error of its own."""
 
 from proper_worker import ProperWorker, run
 

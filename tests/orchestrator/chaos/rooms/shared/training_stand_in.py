@@ -18,7 +18,7 @@ from protocol.failpoint import Failpoint, failpoint_of
 from protocol.incarnation import new_incarnation
 from protocol.messages import Role, SampleScene, State, WorkerRecord
 from protocol.records import Progress, Summary
-from protocol.server.membership import Membership
+from protocol.server.registration import Registration
 from protocol.system.logs import configure
 
 STEP_SECONDS = 0.05
@@ -138,7 +138,7 @@ def main(*, cut_back: bool, step_seconds: float = STEP_SECONDS) -> None:
     training.restore(cut_back=cut_back)
     logging.getLogger(__name__).info("going on after %d steps", training.flown)
     with (
-        Membership(options.orchestrator, describe=record, on_orphaned=stop, timeouts=timeouts),
+        Registration(options.orchestrator, describe=record, on_orphaned=stop, timeouts=timeouts),
         Pool(options.render, role=Role.AGENT, serves=Role.RENDER, timeouts=timeouts) as render,
     ):
         render.wait_ready()

@@ -18,7 +18,7 @@ from protocol.errors import CallFailed, VantageError
 from protocol.incarnation import new_incarnation
 from protocol.messages import Role, SampleScene, State, WorkerRecord
 from protocol.records import Evaluation, Interval, PolicyScore, Progress, Summary
-from protocol.server.membership import Membership
+from protocol.server.registration import Registration
 from protocol.system.exit_code import exit_code_of
 from protocol.system.logs import configure
 from protocol.system.process_start import own_start
@@ -174,10 +174,10 @@ def main() -> None:
     timeouts = Timeouts.from_config(config.timeouts)
     flight = Flight()
     with ExitStack() as stack:
-        membership = None
+        registration = None
         if options.orchestrator:
-            membership = stack.enter_context(
-                Membership(
+            registration = stack.enter_context(
+                Registration(
                     options.orchestrator,
                     describe=lambda: record_of(options.name),
                     on_orphaned=flight.stop,
@@ -188,8 +188,8 @@ def main() -> None:
             evaluate(options.run, config, options.policy, options.episodes)
             return
         render = stack.enter_context(Pool(options.render, role=Role.AGENT, serves=Role.RENDER, timeouts=timeouts))
-        if membership is not None:
-            membership.follow(render, Role.RENDER)
+        if registration is not None:
+            registration.follow(render, Role.RENDER)
         train(options.run, config, render, flight)
 
 

@@ -29,7 +29,7 @@ class Held:
 
 
 @contextmanager
-def watched(address, handlers=SCENES, *, calls=None, **options):
+def observed(address, handlers=SCENES, *, calls=None, **options):
     """A worker with telemetry; a monitor of it."""
     at = free_endpoint()
     about = About(role=Role.RENDER, name="render-0", serves=(address,), capabilities={"renderer": "opengl"})

@@ -1,8 +1,8 @@
-"""A process' standing with the orchestrator: it says how it is, learns who else is there, and when it is to end.
+"""A process's registration with the orchestrator, which it renews with every heartbeat.
 
-Register goes out at once and then with every heartbeat. An orchestrator that dies is missed, one that is started again
-at the same address finds us with the next beat, and after `timeouts.grace` without any, this process is an orphan.
-The other way to end is to be told so: by a `Registered` that says that all is over.
+The process sends `Register`, and asks `Lookup` for the workers that it needs. An orchestrator that restarts at the same
+address hears of the process within a heartbeat. Without any orchestrator for `timeouts.grace`, the process is an
+orphan. A `Registered` with `over` says that the run is over. In both cases the process is told to end.
 """
 
 import logging
@@ -23,16 +23,16 @@ from protocol.timeouts import DEFAULT_TIMEOUTS, Timeouts
 _log = logging.getLogger(__name__)
 
 _LONGEST_GOODBYE = 1.0
-"""Seconds that `close` waits for our thread, which may be inside a callback; a process' end waits no longer."""
+"""Seconds that `close`, and so the end of the process, waits for the thread, which may be inside a callback."""
 
 
 class Contact(NamedTuple):
-    """What the last beat came to.
+    """The result of the last heartbeat.
 
     Attributes:
-        ever: whether the orchestrator has answered any beat.
-        silence: seconds without an answer when the last beat began, which came to nothing as well; 0 where it did not.
-        trouble: why it came to nothing.
+        ever: whether the orchestrator has answered any heartbeat.
+        silence: seconds without an answer when the last heartbeat began, if that failed as well; 0 if it was answered.
+        trouble: why the last heartbeat failed; None if it was answered.
     """
 
     ever: bool = False
@@ -41,7 +41,7 @@ class Contact(NamedTuple):
 
 
 class _Following:
-    """Keeps one pool on what the orchestrator says of a role."""
+    """Keeps the addresses of one pool as the orchestrator's table has them for a role."""
 
     def __init__(self, pool: Pool, role: Role, patience: float) -> None:
         self.role = role
@@ -51,7 +51,7 @@ class _Following:
         self._missed: dict[str, float] = {}
 
     def update(self, records: tuple[WorkerRecord, ...], now: float) -> None:
-        """Add who is new in the table, and let go who has been missing from it for a while."""
+        """Add the workers that are new in the table, and remove those that it has lacked for `patience` seconds."""
         keys = {record.address: record.key for record in records if record.address}
         known = set(keys)
         for address in sorted(known - set(self._pool.addresses)):
@@ -59,7 +59,7 @@ class _Following:
                 self._pool.add(address, keys[address])
             except (AddressUnavailable, NotPermitted) as error:
                 _log.warning("the orchestrator names a worker that can't be called: %s", error)
-        # An orchestrator that was just started again knows nobody, and then only those who were quick to register.
+        # The table of an orchestrator that has just restarted is empty at first, and fills as workers register.
         missing = set(self._pool.addresses) - known - self._given if known else set[str]()
         self._missed = {address: self._missed.get(address, now) for address in missing}
         for address, since in self._missed.items():
@@ -67,20 +67,20 @@ class _Following:
                 self._pool.remove(address)
 
 
-class Membership:
+class Registration:
     """Registers a process with the orchestrator for as long as it is open, from a thread of its own.
 
     Args:
-        orchestrator: its address. Nobody needs to be there yet.
-        describe: how this process is now; called in our thread, with every beat.
-        on_orphaned: called in our thread, once, when no orchestrator answered for `timeouts.grace`. It should only ask
-            for the end, and return.
-        on_over: called likewise when the orchestrator says that the run is over; without it, that is not heeded. We go
-            on telling how this process is until `close`, and do not take it for an orphan any more.
+        orchestrator: its address. It need not answer yet.
+        describe: returns the record to register; called in the registration's thread with every heartbeat.
+        on_orphaned: called once, in the same thread, when no orchestrator answered for `timeouts.grace`. It should
+            request the end of the process, and return.
+        on_over: called once, in the same thread, when the orchestrator says that the run is over. Heartbeats continue
+            until `close`, and the process no longer becomes an orphan. Without it, the orchestrator's word is ignored.
 
     Raises:
-        AddressUnavailable: `orchestrator` is no address.
-        NotPermitted: it is on another machine, and there are no keys.
+        AddressUnavailable: `orchestrator` is not an address.
+        NotPermitted: the orchestrator is on another machine, and this process has no keys.
     """
 
     def __init__(
@@ -113,31 +113,31 @@ class Membership:
         self._lock = ProcessLock()
         self._woken = threading.Event()
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="membership", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="registration", daemon=True)
         self._thread.start()
 
     def lookup(self, role: Role) -> tuple[WorkerRecord, ...]:
-        """Who serves a role, as the orchestrator said last; empty before its first word about that role."""
+        """The workers of a role in the orchestrator's last answer; empty before the first answer about that role."""
         self._want(role)
         return self._table.get(role, ())
 
     @property
     def contact(self) -> Contact:
-        """How we stand with the orchestrator."""
+        """The result of the last heartbeat."""
         return self._contact
 
     def follow(self, pool: Pool, role: Role) -> None:
-        """Keep the pool's addresses as the orchestrator's table has them, from its next word on.
+        """Keep the pool's addresses as the orchestrator's table has them, from its next answer on.
 
-        The addresses that the pool has now stay; others go once the table was without them for `timeouts.liveness`.
-        Without news, or with an empty table, the pool goes on with what it knows.
+        The addresses that the pool has now stay; others are removed once the table lacked them for `timeouts.liveness`.
+        Without an answer, or with an empty table, the pool keeps its addresses.
         """
         self._want(role)
         with self._lock:
             self._followings.append(_Following(pool, role, self._timeouts.liveness))
 
     def close(self) -> None:
-        """Say no more. What the orchestrator knows of us, it keeps until it misses us."""
+        """Stop the heartbeats. The orchestrator keeps the record until it misses them."""
         self._over.set()
         self._woken.set()
         self._client.close()
@@ -161,7 +161,7 @@ class Membership:
 
     def _run(self) -> None:
         while not self._over.is_set():
-            # Cleared before the beat: what happens during it is told by the next one.
+            # Cleared before the heartbeat, so that a role wanted meanwhile is looked up by the next one.
             self._woken.clear()
             self._beat()
             self._woken.wait(self._timeouts.heartbeat)
@@ -172,7 +172,7 @@ class Membership:
             patience = min(self._timeouts.liveness, max(self._timeouts.heartbeat, self._timeouts.grace - silent))
             reply = self._client.call(Register(worker=self._describe()), deadline=patience)
         except Exception as error:
-            # Whatever it is: a thread that ends here would leave a process that nobody ever ends.
+            # Any error: without this thread an orphan would never end.
             if not self._over.is_set():
                 self._miss(error, was_silent=silent)
         else:
@@ -187,16 +187,16 @@ class Membership:
         self._missing = False
         if reply.over and self._on_over is not None and not self._told_to_end:
             self._told_to_end = True
-            _log.info("the run is over, says the orchestrator at %s; ending", self._orchestrator)
+            _log.info("the orchestrator at %s says that the run is over; ending", self._orchestrator)
             self._tell(self._on_over)
 
     def _miss(self, error: Exception, *, was_silent: float) -> None:
         self._contact = Contact(self._contact.ever, was_silent, error)
-        # Who was told to end has nothing to miss: whoever told it ends as well.
+        # A process that was told to end expects the orchestrator to end as well.
         if not self._missing and not self._told_to_end:
-            _log.warning("going on without the orchestrator: %s", error)
+            _log.warning("continuing without the orchestrator: %s", error)
         self._missing = True
-        # By the silence before this beat: where it was this process that stood still, one more try is due.
+        # The silence before this heartbeat: if this process itself was stopped, the orchestrator gets one more try.
         if was_silent >= self._timeouts.grace and not self._told_to_end:
             self._become_orphan()
 
@@ -210,7 +210,7 @@ class Membership:
                 following.update(self._table[following.role], self._clock())
         except VantageError as error:
             if not self._over.is_set():
-                _log.warning("going on with the workers that are known: %s", error)
+                _log.warning("continuing with the workers that are known: %s", error)
 
     def _become_orphan(self) -> None:
         _log.warning("no orchestrator at %s for %.3g s; ending", self._orchestrator, self._timeouts.grace)
