@@ -7,17 +7,10 @@ from contextlib import contextmanager
 
 from rich.console import Console
 
-from orchestrator.monitoring.live_display import Display, Snapshot, open_display
+from orchestrator.monitoring.live_display import Display, SilentDisplay, open_display
 from orchestrator.run.run_log import logging_to
 from protocol.messages import Role
 from protocol.system.logs import json_lines_to
-
-
-class _Silent:
-    """Displays nothing; changes are logged."""
-
-    def show(self, snapshot: Snapshot) -> None:
-        pass
 
 
 @contextmanager
@@ -25,7 +18,7 @@ def open_host_display(console: Console) -> Generator[Display]:
     """A live view with the log above it where the console is a terminal; otherwise the log as JSON lines."""
     if not console.is_terminal:
         with logging_to(json_lines_to(sys.stderr, Role.ORCHESTRATOR)):
-            yield _Silent()
+            yield SilentDisplay()
         return
     with open_display(console) as display:
         # Within the live view, which prints above itself what is written to the terminal.

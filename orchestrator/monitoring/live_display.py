@@ -73,6 +73,13 @@ def open_display(console: Console) -> Generator[Display]:
         yield LiveDisplay(live)
 
 
+class SilentDisplay:
+    """Displays nothing: for programs, and where changes are logged."""
+
+    def show(self, snapshot: Snapshot) -> None:
+        """See `Display`."""
+
+
 class LiveDisplay:
     """Redraws the same few lines of a terminal."""
 
