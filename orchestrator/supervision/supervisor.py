@@ -207,7 +207,9 @@ class Supervisor:
             self._registry.forget(supervised.name, running.process.pid)
         code = running.process.exit_code
         # The system tells an adopted process's exit code to its parent alone; then only its output counts.
-        if supervised.is_done is not None and code in (ExitCode.DONE, None) and supervised.is_done():
+        # An agent that was killed because it did not exit may have done its work before.
+        ended_well = code in (ExitCode.DONE, None) or running.hang is not None
+        if supervised.is_done is not None and ended_well and supervised.is_done():
             supervised.over = True
         elif code == ExitCode.HOPELESS:
             raise ProcessFailed(running.process.exit_reason())

@@ -265,6 +265,19 @@ def test_an_agent_that_fails_after_its_work_was_written_is_started_again(supervi
 
 
 @pytest.mark.slow
+def test_an_agent_that_hangs_after_its_work_was_written_is_killed_and_over(supervise, tmp_path, wait_until):
+    done = tmp_path / "done"
+    supervised = supervise(IMPATIENT)
+    code = f"import pathlib, time; pathlib.Path({str(done)!r}).touch(); time.sleep(600)"
+    first = supervised.supervisor.start(agent(code), lambda: done.exists())
+    wait_until(done.exists)
+    os.kill(first.pid, signal.SIGSTOP)
+    supervised.poll_until(lambda: supervised.supervisor.is_over("agent"))
+    assert first.exit_code == -signal.SIGKILL
+    assert supervised.noted == []
+
+
+@pytest.mark.slow
 def test_an_orphan_is_adopted_and_supervised(supervise, launch, tmp_path):
     wanted = launch("serves_nothing")
     earlier = WorkerProcess.start(wanted, tmp_path / "render-0.jsonl", {})
