@@ -26,8 +26,8 @@ from rich.progress import track
 from benchmarks.machine import machine_kind
 from benchmarks.viewpoints import all_views
 from orchestrator.pictures.view import a_step_before, camera_at
-from perception_worker.look import WholeLook
-from perception_worker.networks.backend import open_look, open_network
+from perception_worker.detection import WholeFrameDetector
+from perception_worker.networks.backend import open_detector, open_network
 from perception_worker.networks.network import Network, NetworkOutput, People
 from perception_worker.perceive import Perceiver
 from protocol.arrays import BoolArray, Float64Array, UInt8Array
@@ -108,12 +108,12 @@ class Looker:
     """Looks at scenes in all the ways that are compared: each whole picture is seen once, and judged twice."""
 
     def __init__(self, renderer: Renderer, config: RunConfig) -> None:
-        whole = WholeLook(Once(open_network(config.perception)))
+        whole = WholeFrameDetector(Once(open_network(config.perception)))
         self._whole, self._masked = (
             Perceiver(whole, replace(config.perception, mask=mask)) for mask in ("none", "skeleton")
         )
         perception = settled(replace(config.perception, look="track"), config.profile)
-        self._tracking = Perceiver(open_look(perception), perception)
+        self._tracking = Perceiver(open_detector(perception), perception)
         self._renderer = renderer
         self._environment = config.environment
 

@@ -28,9 +28,9 @@ from benchmarks.viewpoints import all_views, observe_requests, requests_before
 from orchestrator.monitoring.live_display import open_display
 from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
 from orchestrator.stop_request import stop_on_signals
+from perception_worker.detection import HeldPictures
 from perception_worker.lifter import open_lifter
-from perception_worker.look import HeldPictures
-from perception_worker.networks.backend import open_look, open_network
+from perception_worker.networks.backend import open_detector, open_network
 from perception_worker.networks.network import Network
 from perception_worker.perceive import Perceiver
 from perception_worker.worker import with_lifter_at_hand
@@ -164,7 +164,7 @@ def _perceiver(config: PerceptionConfig) -> Perceiver:
     """With the lifter that ships for the network, where one does."""
     chosen = with_lifter_at_hand(config)
     lifter = open_lifter(chosen) if chosen.lifting == "learned" else None
-    return Perceiver(open_look(chosen), chosen, lifter=lifter)
+    return Perceiver(open_detector(chosen), chosen, lifter=lifter)
 
 
 def speeds(networks: Mapping[str, PerceptionConfig], pictures: Sequence[UInt8Array], progress: Progress) -> Seconds:

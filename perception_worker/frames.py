@@ -101,10 +101,10 @@ def opened_by(clock: Clock, frame: Frame) -> Frame:
     """
     if frame.packed is None:
         return frame
-    watch = Stopwatch(clock)
-    with watch.stage("unpack"):
+    stopwatch = Stopwatch(clock)
+    with stopwatch.stage("unpack"):
         opened = unpack(frame)
-    return replace(opened, timings=frame.timings | watch.seconds)
+    return replace(opened, timings=frame.timings | stopwatch.seconds)
 
 
 def chosen(encoding: FrameEncoding, addresses: Sequence[str]) -> Encoding:

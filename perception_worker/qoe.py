@@ -79,14 +79,18 @@ def quality_of_estimation(
     """
     masked = _masked(heatmaps[:JOINT_COUNT])
     detected = np.flatnonzero((cells >= 0).all(axis=1))
-    _require_inside(cells[detected], masked.shape[1:])
-    mass, height = np.zeros(JOINT_COUNT), np.zeros(JOINT_COUNT)
-    here = masked[detected, cells[detected, 0], cells[detected, 1]]
-    height[detected] = np.minimum(here, 1.0)
-    mass[detected] = _shares(masked, detected, cells[detected], others)
-    distance = np.zeros(JOINT_COUNT)
+    places = cells[detected]
+    _require_inside(places, masked.shape[1:])
+    mass, height, distance = np.zeros((3, JOINT_COUNT))
+    mass[detected] = _shares(masked, detected, places, others)
+    height[detected] = np.minimum(masked[detected, places[:, 0], places[:, 1]], 1.0)
     distance[detected] = distance_quality(points)[detected]
-    return Quality(mass, height, distance, combined=(mass + height + distance) / 3)
+    return Quality(mass, height, distance, combined=combined_quality(mass, height, distance))
+
+
+def combined_quality(mass: Float64Array, height: Float64Array, distance: Float64Array) -> Float64Array:
+    """(18,) the mean of the three components. Source: thesis, section 3.3.3."""
+    return (mass + height + distance) / 3
 
 
 def heatmap_cell(pixel_xy: Sequence[float], image_size: Sequence[int], map_size: Sequence[int]) -> tuple[int, int]:

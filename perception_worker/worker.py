@@ -13,11 +13,11 @@ import numpy as np
 from msgspec.structs import replace
 
 from perception_worker.calibration.choice import open_calibration
+from perception_worker.detection import HeldPictures, Pictures
 from perception_worker.frames import RenderedFrames, opened_by
 from perception_worker.lifter import open_lifter
 from perception_worker.lifting import LIFTINGS
-from perception_worker.look import HeldPictures, Pictures
-from perception_worker.networks.backend import input_size, network_name, open_look, region_size
+from perception_worker.networks.backend import input_size, network_name, open_detector, region_size
 from perception_worker.perceive import Perceiver
 from perception_worker.stopwatch import Clock
 from protocol import Handlers, Pool, Timeouts, serve
@@ -163,7 +163,7 @@ def open_perceiver(config: PerceptionConfig) -> Perceiver:
                 f"perception.calibration: {config.calibration} tells the errors of surfaces that are lifted, and this "
                 f"worker's lifter tells its own; choose another perception.lifting, or calibration auto"
             )
-        return Perceiver(open_look(config), config, lifter=open_lifter(config))
+        return Perceiver(open_detector(config), config, lifter=open_lifter(config))
     if config.lifter != "auto":
         raise InvalidConfig(
             f"perception.lifter: {config.lifter} is named, and this worker lifts by {config.lifting}; "
@@ -173,7 +173,7 @@ def open_perceiver(config: PerceptionConfig) -> Perceiver:
     if calibration is None and config.calibration == "auto":
         name = network_name(config)
         _logger.info("no calibration is shipped for %s with these settings: quality comes without metres", name)
-    return Perceiver(open_look(config), config, calibration=calibration)
+    return Perceiver(open_detector(config), config, calibration=calibration)
 
 
 def with_lifter_at_hand(config: PerceptionConfig) -> PerceptionConfig:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from perception_worker.look import Look, TrackingLook, WholeLook
+from perception_worker.detection import Detector, TrackingDetector, WholeFrameDetector
 from perception_worker.networks.engine import Engine
 from perception_worker.networks.layout import find_layout, require_covering
 from perception_worker.networks.models import KNOWN, OPENPOSE_MOBILENET_THIN, OPENPOSE_MOBILENET_THIN_5, require_network
@@ -74,18 +74,18 @@ def open_network(config: PerceptionConfig) -> Network:
     )
 
 
-def open_look(config: PerceptionConfig) -> Look:
-    """The way of looking that a configuration, settled by its profile, names, with its networks.
+def open_detector(config: PerceptionConfig) -> Detector:
+    """The detector that a configuration, settled by its profile, names, with its networks.
 
     Raises:
         VantageError: as `open_network`.
     """
     whole = open_network(config)
     if config.look == "whole":
-        return WholeLook(whole)
+        return WholeFrameDetector(whole)
     quick, region = quick_search_size(config), region_size(config)
     closer = whole if region is None else _open_network_at(region, config)
-    return TrackingLook([whole] if quick is None else [_open_network_at(quick, config), whole], closer)
+    return TrackingDetector([whole] if quick is None else [_open_network_at(quick, config), whole], closer)
 
 
 def _open_network_at(size: tuple[int, int], config: PerceptionConfig) -> Network:

@@ -25,6 +25,12 @@ class NetworkOutput:
     heatmaps: Float32Array
     pafs: Float32Array
 
+    @property
+    def map_size(self) -> tuple[int, int]:
+        """Rows and columns of a heatmap."""
+        _, rows, columns = self.heatmaps.shape
+        return rows, columns
+
 
 @dataclass(frozen=True, eq=False)
 class People:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from perception_worker.look import TrackingLook, WholeLook
+from perception_worker.detection import TrackingDetector, WholeFrameDetector
 from perception_worker.networks.backend import open_network
 from perception_worker.networks.layout import FoundLayout
 from perception_worker.networks.network import NetworkOutput
@@ -50,7 +50,7 @@ def network_of(engine):
 
 
 def perceive(network, frame, *, tracks=False, **settings):
-    looks = TrackingLook([network], network) if tracks else WholeLook(network)
+    looks = TrackingDetector([network], network) if tracks else WholeFrameDetector(network)
     return Perceiver(looks, PerceptionConfig(**settings)).perceive(frame, FilterState.initial((1.0, 2.0, 3.0)))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from perception_worker.look import TrackingLook, WholeLook
+from perception_worker.detection import TrackingDetector, WholeFrameDetector
 from perception_worker.perceive import Perceiver
 from perception_worker.qoe import nearest_cells, quality_of_estimation
 from protocol.config import PerceptionConfig
@@ -84,7 +84,7 @@ class TestPerceiver:
 
     def mass(self, frame, *people, **settings):
         perceiver = Perceiver(
-            WholeLook(DrawnNetwork(*people)), PerceptionConfig(**settings.pop("perception", {})), **settings
+            WholeFrameDetector(DrawnNetwork(*people)), PerceptionConfig(**settings.pop("perception", {})), **settings
         )
         picture = frame(np.zeros((480, 640, 3), np.uint8))
         observation = perceiver.perceive(picture, FilterState.initial())
@@ -111,7 +111,7 @@ class TestPerceiver:
     def test_finds_others_in_the_region_that_it_looks_at_closer(self, frame):
         near = person(26, 14, without=[Joint.NOSE], scale=0.8)
         network = DrawnNetwork(person(14, 14, scale=0.8), near)
-        perceiver = Perceiver(TrackingLook([network], network), PerceptionConfig())
+        perceiver = Perceiver(TrackingDetector([network], network), PerceptionConfig())
         observation = perceiver.perceive(frame(np.zeros((480, 640, 3), np.uint8)), FilterState.initial())
         assert (observation.mass > 0.9).all()
 

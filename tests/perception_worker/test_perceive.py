@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from perception_worker.look import WholeLook
+from perception_worker.detection import WholeFrameDetector
 from perception_worker.networks.backend import open_network
 from perception_worker.perceive import Perceiver
 from protocol.config import PerceptionConfig
@@ -18,7 +18,7 @@ STANDING = person(20, 14)
 
 
 def perceive(network, frame, *, filter_state=None, **options):
-    perceiver = Perceiver(WholeLook(network), PerceptionConfig(look="whole"))
+    perceiver = Perceiver(WholeFrameDetector(network), PerceptionConfig(look="whole"))
     return perceiver.perceive(frame, filter_state or FilterState.initial(), **options)
 
 
@@ -110,7 +110,7 @@ class TestWhatComesAlong:
         depth[::2] = 8.0
         picture, nothing = replace(frame(BLACK), depth=depth), FilterState.initial()
         thesis, ours = (
-            Perceiver(WholeLook(DrawnNetwork(STANDING)), PerceptionConfig(), profile=profile)
+            Perceiver(WholeFrameDetector(DrawnNetwork(STANDING)), PerceptionConfig(), profile=profile)
             for profile in ("thesis", "vantage")
         )
         assert (thesis.perceive(picture, nothing).points[:, 0] > 5.5).all()
@@ -125,7 +125,7 @@ class TestWhatComesAlong:
 
     def test_every_stage_is_timed(self, frame):
         ticks = itertools.count()
-        perceiver = Perceiver(WholeLook(DrawnNetwork()), PerceptionConfig(), clock=lambda: float(next(ticks)))
+        perceiver = Perceiver(WholeFrameDetector(DrawnNetwork()), PerceptionConfig(), clock=lambda: float(next(ticks)))
         observation = perceiver.perceive(frame(BLACK), FilterState.initial())
         once = dict.fromkeys(("infer", "decode", "qoe", "filter"), 1.0)
         # Evidence is read before there is a quality, and a lifter told of both.
@@ -150,7 +150,7 @@ class TestWithALifterThatHasLearned:
 
     def observed(self, frame, **options):
         network = DrawnNetwork(person(20, 14, without=list(self.HIDDEN)))
-        perceiver = Perceiver(WholeLook(network), PerceptionConfig(look="whole"), lifter=lifter())
+        perceiver = Perceiver(WholeFrameDetector(network), PerceptionConfig(look="whole"), lifter=lifter())
         state = options.pop("filter_state", FilterState.initial())
         return perceiver.perceive(frame(BLACK, depth=4.0), state, **options)
 
@@ -184,7 +184,7 @@ class TestWithALifterThatHasLearned:
         assert evidence.narrow[Joint.NOSE].tolist() == pytest.approx([1.0] + [4.0] * 6)
 
     def test_nobody_is_nowhere(self, frame):
-        perceiver = Perceiver(WholeLook(DrawnNetwork()), PerceptionConfig(look="whole"), lifter=lifter())
+        perceiver = Perceiver(WholeFrameDetector(DrawnNetwork()), PerceptionConfig(look="whole"), lifter=lifter())
         observation = perceiver.perceive(frame(BLACK), FilterState.initial(rule="variance"))
         assert np.isnan(observation.points).all()
         assert np.isnan(observation.radius).all()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from perception_worker.look import WholeLook
+from perception_worker.detection import WholeFrameDetector
 from perception_worker.perceive import Perceiver
 from perception_worker.worker import PerceptionHandlers, main, render_deadline
 from protocol import Client, Pool, Timeouts
@@ -53,7 +53,7 @@ def addresses(tmp_path):
 def perceiving(addresses, network, *, concurrency=1, render_deadline=20.0):
     """A client of perception handlers that ask the first address for frames and serve at the second."""
     render_address, address = addresses
-    perceiver = Perceiver(WholeLook(network), PerceptionConfig())
+    perceiver = Perceiver(WholeFrameDetector(network), PerceptionConfig())
     with Pool([render_address], role=Role.PERCEPTION, serves=Role.RENDER) as renderers:
         handlers = PerceptionHandlers(perceiver, renderers, render_deadline=render_deadline).table()
         with (

@@ -25,7 +25,7 @@ USUAL_DISTANCE, MOST_ASIDE, LEAST_FOCAL = (1.5, 9.0), 0.12, 400.0
 """Metres along the ground; the slope from the picture's middle to the person's; pixels per unit of slope."""
 
 LEAST_FOUND = 3
-"""Joints that are found of somebody at least, else nobody is; see `perception_worker.look`."""
+"""Joints that are found of somebody at least, else nobody is; see `perception_worker.detection`."""
 
 RESCALED, SIZES = 0.5, (0.7, 1.3)
 """The share of frames that are shown with people of another size, and how much smaller or larger these are."""
