@@ -59,7 +59,7 @@ _GROUPS = 2
 """Of drones that fly on together, off policy. It is part of what a training depends on: each draws its own noise."""
 
 
-class _UnderWay(Struct, frozen=True, eq=False):
+class _PendingStep(Struct, frozen=True, eq=False):
     """A step that was begun.
 
     Attributes:
@@ -106,7 +106,7 @@ class Training:
         self._logbook = Logbook(records.journal, config, clocks)
         self._phase: Phase = "prefill" if learner.off_policy and config.training.prefill else "training"
         self._done = 0
-        self._under_way: _UnderWay | None = None
+        self._under_way: _PendingStep | None = None
         self._seconds = 0.0
         self._calls = CallStatistics()
         self._counted: Callable[[], CallStatistics] = CallStatistics
@@ -121,7 +121,7 @@ class Training:
         self._seconds = measured["seconds"]
         self._calls = msgspec.convert(measured["calls"], CallStatistics)
         if (under_way := state["loop"]["under_way"]) is not None:
-            self._under_way = _UnderWay(**under_way)
+            self._under_way = _PendingStep(**under_way)
         self._logbook.restore(state["logbook"], measured["stages"])
         self._env.restore(state["environment"])
         self._learner.load_weights(checkpoint.weights())
@@ -186,7 +186,7 @@ class Training:
         What was chosen and learned stands in `_under_way` before anything that may fail.
         """
         observations = self._env.observations
-        step = self._under_way = self._under_way or _UnderWay(self._chosen(observations, policy))
+        step = self._under_way = self._under_way or _PendingStep(self._chosen(observations, policy))
         if not self._env.is_under_way:
             self._env.send(step.actions)
         step = self._under_way = self._learned(step)
@@ -194,14 +194,14 @@ class Training:
             for group in self._groups:
                 step = self._flown_on(step, policy, group)
         result = self._env.receive()
-        self._under_way = None if step.ahead is None else _UnderWay(step.ahead)
+        self._under_way = None if step.ahead is None else _PendingStep(step.ahead)
         transition = transition_of(observations, step.actions, result)
         self._learner.observe(transition)
         if self._records.replay is not None:
             self._records.replay.append(transition)
         self._logbook.enter(self._env.num_envs, result[-1], step.learned or {}, step.learning)
 
-    def _learned(self, step: _UnderWay) -> _UnderWay:
+    def _learned(self, step: _PendingStep) -> _PendingStep:
         """The step once it was learned in."""
         if step.learned is not None:
             return step
@@ -214,7 +214,7 @@ class Training:
         flights = self._env.flights
         return np.concatenate([policy(observations[group], flights[group]) for group in self._groups])
 
-    def _flown_on(self, step: _UnderWay, policy: Policy, group: slice) -> _UnderWay:
+    def _flown_on(self, step: _PendingStep, policy: Policy, group: slice) -> _PendingStep:
         """The step once a group of drones has its pictures and has begun the next one."""
         observations, flights = self._env.receive_first(group.stop)
         ahead = np.empty((0, ACTION_SIZE), np.float32) if step.ahead is None else step.ahead

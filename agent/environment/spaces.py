@@ -34,8 +34,8 @@ def action_space() -> Box[np.float32]:
     return Box(-MAX_SPEED, MAX_SPEED, (ACTION_SIZE,), np.float32)
 
 
-def observed(flight: Flight) -> Float32Array:
-    """(111,) what the policy sees: 54 filtered coordinates, 54 posterior variances, the drone's position.
+def observation_of(flight: Flight) -> Float32Array:
+    """(111,) the policy's observation: 54 filtered coordinates, 54 posterior variances, the drone's position.
 
     In m and m², cut to the observation space's bounds. Source: thesis, section 4.3.1.
     """
