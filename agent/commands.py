@@ -100,9 +100,9 @@ def evaluate_run(
     ):
         if not _ready(connections, stop):
             return None
-        watch = EvaluationWatch(journal, steps, _CLOCKS, stop)
+        progress = EvaluationProgress(journal, steps, _CLOCKS, stop)
         try:
-            evaluation = evaluate(connections.sensor, config, policies, flights, watch)
+            evaluation = evaluate(connections.sensor, config, policies, flights, progress)
         except (EvaluationStopped, CallFailed):
             # Who is asked to end may find the workers ended before it.
             if not stop():
@@ -132,7 +132,7 @@ def _ready(connections: Connections, stop: StopRequest) -> bool:
     return True
 
 
-class EvaluationWatch:
+class EvaluationProgress:
     """Writes down how far an evaluation is, and stops it on request."""
 
     def __init__(self, journal: Journal, steps: int, clocks: Clocks, stop: Callable[[], bool]) -> None:

@@ -44,7 +44,7 @@ class Connections:
             security = workers.security
             self._render = opened.enter_context(_pool(workers.render, Role.RENDER, timeouts, security))
             self._perception = opened.enter_context(_pool(workers.perception, Role.PERCEPTION, timeouts, security))
-            self._enrolled = workers.registration is not None
+            self._registered = workers.registration is not None
             if workers.registration is not None:
                 membership = opened.enter_context(
                     _membership(workers.registration, self.incarnation, on_orphaned, timeouts, security)
@@ -64,7 +64,7 @@ class Connections:
             VersionMismatch, WrongRole: who is there is not one to talk to.
         """
         for pool in (self._render, self._perception):
-            if self._enrolled:
+            if self._registered:
                 pool.wait_any_ready()
             else:
                 pool.wait_ready()

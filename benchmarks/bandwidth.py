@@ -78,9 +78,9 @@ class Flight:
         return lambda: self._take(pending)
 
     def _take(self, pending: Pending[PoseEstimate]) -> PoseEstimate:
-        observation = pending.result()
-        self._filter = observation.filter
-        return observation
+        estimate = pending.result()
+        self._filter = estimate.filter
+        return estimate
 
 
 def legs(perceivers: Mapping[Encoding, Client], scenes: Sequence[Scene], seconds: float, longest: int) -> Iterator[Leg]:
@@ -102,8 +102,8 @@ def legs(perceivers: Mapping[Encoding, Client], scenes: Sequence[Scene], seconds
             yield Leg(encoding=encoding, flights=count, rate=rate, way=way, packing=packing)
 
 
-def _seconds(observation: PoseEstimate, *stages: str) -> float:
-    return sum(observation.timings.get(stage, 0.0) for stage in stages)
+def _seconds(estimate: PoseEstimate, *stages: str) -> float:
+    return sum(estimate.timings.get(stage, 0.0) for stage in stages)
 
 
 def fly(key: Path, addresses: Sequence[str], seconds: float, longest: int) -> list[Leg]:

@@ -156,12 +156,12 @@ def is_hiding(view: View) -> bool:
     return bool((view.alone.visible != view.both.visible).any())
 
 
-def is_of_person(camera: Camera, observation: PoseEstimate) -> bool:
+def is_of_person(camera: Camera, estimate: PoseEstimate) -> bool:
     """Whether the keypoints are the person's, and not the bystander's or nobody's."""
-    truth = _truth(observation)
+    truth = _truth(estimate)
     pixels = project(truth, camera)
     height = camera.intrinsics.fy * truth[Joint.NOSE, 2] / pixels[Joint.NOSE, 2]
-    away = np.linalg.norm(observation.keypoints - pixels[:, :2], axis=1)
+    away = np.linalg.norm(estimate.keypoints - pixels[:, :2], axis=1)
     found = away[np.isfinite(away)]
     return len(found) > 0 and bool(np.median(found) < OWN_SHARE * height)
 
@@ -173,12 +173,12 @@ def compared_joints(view: View) -> BoolArray:
 
 
 def figures(
-    observations: Iterable[PoseEstimate], references: Iterable[PoseEstimate], joints: Sequence[BoolArray]
+    estimates: Iterable[PoseEstimate], references: Iterable[PoseEstimate], joints: Sequence[BoolArray]
 ) -> Figures:
-    """The figures over the chosen joints of each observation."""
+    """The figures over the chosen joints of each estimate."""
     rows = [
         np.stack([one.mass, reference.mass, one.quality, np.linalg.norm(one.points - _truth(one), axis=1)])[:, chosen]
-        for one, reference, chosen in zip(observations, references, joints, strict=True)
+        for one, reference, chosen in zip(estimates, references, joints, strict=True)
     ]
     mass, reference, quality, error = np.concatenate(rows, axis=1)
     located = np.isfinite(error)
@@ -192,17 +192,17 @@ def figures(
     )
 
 
-def _truth(observation: PoseEstimate) -> Float64Array:
-    if observation.joints is None:
-        raise ValueError("the observation came without the truth that was asked for")
-    return observation.joints
+def _truth(estimate: PoseEstimate) -> Float64Array:
+    if estimate.joints is None:
+        raise ValueError("the estimate came without the truth that was asked for")
+    return estimate.joints
 
 
 def whose(views: Sequence[View], way: str) -> str:
     """Of clear views, whose the keypoints are in one of the ways."""
     seen = [(view.camera, getattr(view, way)) for view in views]
-    nobody = sum(not np.isfinite(observation.keypoints).any() for _, observation in seen)
-    own = sum(is_of_person(camera, observation) for camera, observation in seen)
+    nobody = sum(not np.isfinite(estimate.keypoints).any() for _, estimate in seen)
+    own = sum(is_of_person(camera, estimate) for camera, estimate in seen)
     other = len(seen) - own - nobody
     return f"{own / len(seen):.1%} | {other / len(seen):.1%} | {nobody / len(seen):.1%}"
 
@@ -228,12 +228,12 @@ def quality_report(found: Sequence[View], compared: Sequence[View]) -> Iterator[
     joints = [compared_joints(view) for view in compared]
     alone = [view.alone for view in compared]
     yield "\n| | mass | its shift | shifted by over 0.1 | quality | ρ with the error |\n|---|---:|---:|---:|---:|---:|"
-    for name, observations in (
+    for name, estimates in (
         ("alone", alone),
         ('with a bystander, `mask = "none"`', [view.both for view in compared]),
         ('with a bystander, `mask = "skeleton"`', [view.both_masked for view in compared]),
     ):
-        row = figures(observations, alone, joints)
+        row = figures(estimates, alone, joints)
         yield (
             f"| {name} | {row.mass:.3f} | {row.shift:.3f} | {row.shifted:.1%} | {row.quality:.3f} "
             f"| {row.correlation:.2f} |"

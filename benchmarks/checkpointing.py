@@ -134,10 +134,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.checkpointing", description=__doc__)
     parser.add_argument("--transitions", type=int, nargs="+", default=[100_000, 1_000_000])
     parser.add_argument("--checkpoints", type=int, default=40)
-    parser.add_argument("--pace", type=float, default=13.0, help="environment steps a second of the loop")
+    parser.add_argument("--steps-per-second", type=float, default=13.0, help="of the training loop")
     parser.add_argument("--in", dest="directory", type=Path, help="a directory on the disk to measure")
     options = parser.parse_args()
-    interval = RunConfig().training.checkpoint_every / options.pace
+    interval = RunConfig().training.checkpoint_every / options.steps_per_second
     console = Console(soft_wrap=True)
     console.print(f"machine: {machine_kind()}; a checkpoint each {interval:.1f} s")
     console.print(

@@ -1,4 +1,4 @@
-"""What frames cost packed: time and size of each way to pack, and what it does to the observation.
+"""What frames cost packed: time and size of each way to pack, and what it does to the estimate.
 
     python -m benchmarks.frames --frames 100
 
@@ -284,7 +284,7 @@ def effects(pair: WorkerPair, requests: Sequence[Observe], frames: Sequence[Fram
         pairs = zip(requests, map(change, frames), strict=True)
         looks = [Perceive(frame=frame, filter=request.filter) for request, frame in pairs]
         seen[name] = list(pair.perceiver.map(looks))
-    return {name: effect(requests, seen["none"], observations) for name, observations in seen.items()}
+    return {name: effect(requests, seen["none"], estimates) for name, estimates in seen.items()}
 
 
 def rendered(pair: WorkerPair, requests: Sequence[Observe], noise: Any) -> list[Frame]:

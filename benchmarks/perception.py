@@ -23,7 +23,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from benchmarks.machine import machine_kind
-from benchmarks.pose_quality import BANDS, Correlation, Estimate, Figures, View, estimate, figures
+from benchmarks.pose_quality import BANDS, Comparison, Correlation, Figures, View, compare, figures
 from benchmarks.viewpoints import all_views, observe_requests, requests_before
 from orchestrator.monitoring.live_display import open_display
 from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
@@ -97,7 +97,7 @@ class Seen(Struct, frozen=True, eq=False):
         searched: whether it looked at the whole frame.
     """
 
-    estimate: Estimate
+    comparison: Comparison
     timings: Mapping[str, float]
     searched: bool
 
@@ -142,8 +142,8 @@ def look(perceiver: Perceiver, moment: Moment) -> Seen:
     """What a network makes of a view, with the filter that its look a step before has made."""
     before = perceiver.perceive(moment.before, moment.view.request.filter)
     pictures = Noted(moment.frame)
-    observation = perceiver.observe(pictures, before.filter)
-    return Seen(estimate(moment.view, observation), observation.timings, pictures.searched)
+    estimate = perceiver.observe(pictures, before.filter)
+    return Seen(compare(moment.view, estimate), estimate.timings, pictures.searched)
 
 
 def looks(
@@ -244,7 +244,7 @@ def _trust_row(name: str, seen: Sequence[Seen]) -> str:
 
 
 def _figures(seen: Sequence[Seen]) -> Figures:
-    return figures([each.estimate for each in seen])
+    return figures([each.comparison for each in seen])
 
 
 def _unzip(by_network: Mapping[str, Sequence[Seen]]) -> tuple[list[str], list[Sequence[Seen]]]:

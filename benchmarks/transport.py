@@ -37,7 +37,7 @@ def transport_seconds(client: Client, request: Callable[[int], Request[Any]], ca
 
 
 def measure(pair: WorkerPair, config: RunConfig, calls: int) -> dict[str, list[float]]:
-    """A small message, a whole frame, and an observation, which leaves out the frame's own way."""
+    """A small message, a whole frame, and an estimate, which leaves out the frame's own way."""
     scene = pair.renderer.call(SampleScene(seed=0, split="train")).scene
     camera = camera_at(Viewpoint(), scene, config.environment)
     observe = Observe(scene=scene, camera=camera, filter=FilterState.initial())

@@ -270,17 +270,17 @@ class TestPerceiver:
         return perceiver.observe(watched, state, **options)
 
     def test_speaks_of_the_whole_picture_s_pixels(self):
-        observation = self.perceive(SOMEBODY, heatmaps=True)
-        assert observation.keypoints == pytest.approx(project(body(), CAMERA)[:, :2], abs=4)
-        assert observation.points == pytest.approx(body(), abs=0.05)
-        left, top, width, height = observation.heatmap_area
+        estimate = self.perceive(SOMEBODY, heatmaps=True)
+        assert estimate.keypoints == pytest.approx(project(body(), CAMERA)[:, :2], abs=4)
+        assert estimate.points == pytest.approx(body(), abs=0.05)
+        left, top, width, height = estimate.heatmap_area
         assert Region(left, top, width, height).is_within(WHOLE)
         assert width < 400
 
     def test_reads_quality_at_the_right_cells_of_the_region(self):
-        observation = self.perceive(SOMEBODY)
-        assert observation.mass == pytest.approx(np.ones(18), abs=0.01)
-        assert (observation.height > 0.4).all()
+        estimate = self.perceive(SOMEBODY)
+        assert estimate.mass == pytest.approx(np.ones(18), abs=0.01)
+        assert (estimate.height > 0.4).all()
 
     @pytest.mark.parametrize("look", ["whole", "track"])
     def test_does_not_believe_a_joint_on_the_wall_of_whom_it_tracks(self, look):
@@ -289,11 +289,11 @@ class TestPerceiver:
         depth[y - 9 : y + 10, x - 9 : x + 10] = 6.0
         watched = Watched(body(), picture=replace(PICTURE, depth=depth))
         ways = {"whole": WholeFrameDetector(watched.whole), "track": TrackingDetector([watched.whole], watched.closer)}
-        observation = Perceiver(ways[look], PerceptionConfig(look=look)).observe(watched, SOMEBODY)
-        located = np.isfinite(observation.points[:, 0])
+        estimate = Perceiver(ways[look], PerceptionConfig(look=look)).observe(watched, SOMEBODY)
+        located = np.isfinite(estimate.points[:, 0])
         assert located[Joint.RIGHT_WRIST] == (look == "whole")
         assert np.delete(located, Joint.RIGHT_WRIST).all()
-        assert np.isfinite(observation.keypoints).all()
+        assert np.isfinite(estimate.keypoints).all()
 
     def test_goes_on_from_its_own_filter(self):
         first = self.perceive(NOBODY_KNOWN)
