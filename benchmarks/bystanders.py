@@ -27,7 +27,8 @@ from benchmarks.machine import machine_kind
 from benchmarks.viewpoints import all_views
 from orchestrator.pictures.view import a_step_before, camera_at
 from perception_worker.detection import WholeFrameDetector
-from perception_worker.networks.backend import open_detector, open_network
+from perception_worker.detection.choice import open_detector
+from perception_worker.networks.backend import open_network
 from perception_worker.networks.network import Network, NetworkOutput, People
 from perception_worker.perceive import Perceiver
 from protocol.arrays import BoolArray, Float64Array, UInt8Array

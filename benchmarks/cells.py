@@ -26,10 +26,10 @@ from orchestrator.pictures.view import a_step_before, camera_at
 from perception_worker import kalman
 from perception_worker.calibration.choice import open_calibration
 from perception_worker.detection import Detection, HeldPictures
+from perception_worker.detection.choice import open_detector
 from perception_worker.lifter import open_lifter
 from perception_worker.lifter.evidence import evidence_of
 from perception_worker.lifting import lift, windows_around, within_reach
-from perception_worker.networks.backend import open_detector
 from perception_worker.qoe import heatmap_cells, nearest_cells, quality_of_estimation
 from perception_worker.stopwatch import Stopwatch
 from protocol.arrays import Float64Array

@@ -29,8 +29,9 @@ from orchestrator.monitoring.live_display import open_display
 from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
 from orchestrator.stop_request import stop_on_signals
 from perception_worker.detection import HeldPictures
+from perception_worker.detection.choice import open_detector
 from perception_worker.lifter import open_lifter
-from perception_worker.networks.backend import open_detector, open_network
+from perception_worker.networks.backend import open_network
 from perception_worker.networks.network import Network
 from perception_worker.perceive import Perceiver
 from perception_worker.worker import with_lifter_at_hand

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from perception_worker.detection import Detector, TrackingDetector, WholeFrameDetector
+from perception_worker.detection.choice import quick_search_size
 from perception_worker.networks.backend import (
     DEFAULT_SIZE,
     input_size,
     network_name,
     peak_threshold,
-    quick_search_size,
     region_size,
 )
 from perception_worker.networks.engine import Engine

@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 from perception_worker.detection import HeldPictures, TrackingDetector, WholeFrameDetector
-from perception_worker.networks.backend import open_detector
+from perception_worker.detection.choice import open_detector
 from perception_worker.perceive import Perceiver
 from perception_worker.stopwatch import Stopwatch
 from protocol.camera import project
