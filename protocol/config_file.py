@@ -95,6 +95,17 @@ def load_run_config(run: Path) -> RunConfig:
     return (load_resolved_config if made_by_orchestrator else load_config)(run / "config.toml")
 
 
+def recorded_config(text: bytes, path: Path) -> RunConfig:
+    """The configuration that a table of an experiment, the file at `path`, says that it was made with.
+
+    Raises:
+        InvalidConfig: it says something else.
+    """
+    table = _parsed(text, path)
+    _mark_of(table, path)
+    return _config_of(table, path)
+
+
 def with_checksums(config: RunConfig) -> RunConfig:
     """A configuration that records which files it names.
 
@@ -154,9 +165,15 @@ def plain(config: RunConfig) -> dict[str, Any]:
 
 def _read_table(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(utf8_text(path.read_bytes()))
+        text = path.read_bytes()
     except OSError as error:
         raise InvalidConfig(f"can't read the configuration {path}: {error.strerror}") from error
+    return _parsed(text, path)
+
+
+def _parsed(text: bytes, path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(utf8_text(text))
     except NotUtf8 as error:
         raise InvalidConfig(f"{path} {error}") from error
     except RecursionError as error:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import lightgbm
-import msgspec
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -28,7 +27,8 @@ from perception_worker.calibration.ensemble import Ensemble, StoredEnsemble, sto
 from perception_worker.calibration.features import FEATURES, KIND, joint_features
 from protocol.arrays import BoolArray, Float32Array, Float64Array
 from protocol.artifact import sha256
-from protocol.config import RunConfig, settled
+from protocol.config import settled
+from protocol.config_file import recorded_config
 from protocol.errors import InvalidInput
 from protocol.skeleton import JOINT_COUNT
 
@@ -169,7 +169,7 @@ def _setting(table: pa.Table, path: Path) -> Setting:
     encoded = (table.schema.metadata or {}).get(b"vantage.config")
     if encoded is None:
         raise InvalidInput(f"{path} does not tell the configuration that it was made with")
-    config = msgspec.toml.decode(encoded, type=RunConfig)
+    config = recorded_config(encoded, path)
     return setting_of(settled(config.perception, config.profile))
 
 

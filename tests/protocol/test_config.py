@@ -9,7 +9,7 @@ from msgspec import Struct
 from msgspec.structs import asdict, replace
 
 from protocol.config import EnvironmentConfig, PerceptionConfig, RunConfig, settled
-from protocol.config_file import load_config
+from protocol.config_file import load_config, plain, recorded_config, resolved
 from protocol.errors import InvalidConfig
 
 CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.toml"))
@@ -144,3 +144,23 @@ class TestSettled:
 
     def test_keeps_what_was_chosen(self):
         assert settled(PerceptionConfig(lifting="median"), "thesis").lifting == "median"
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        (b"[perception]\nnet = 1\n", "net"),
+        (b"[perception\n", "table.parquet"),
+        (b"\xff\xfe", "is not UTF-8"),
+        (b"[resolved]\nformat = 99\nleft_out = []\n", "later version"),
+    ],
+)
+def test_what_a_table_records_that_is_no_configuration_is_refused_with_the_tables_name(tmp_path, text, named):
+    with pytest.raises(InvalidConfig, match=named):
+        recorded_config(text, tmp_path / "table.parquet")
+
+
+def test_a_table_may_record_a_configuration_with_a_mark_or_without(tmp_path):
+    config = RunConfig(seed=3)
+    for table in (resolved(config), plain(config)):
+        assert recorded_config(tomli_w.dumps(table).encode(), tmp_path / "table.parquet") == config

@@ -15,7 +15,8 @@ from perception_worker.lifter.network import LifterNetwork, Shape
 from perception_worker.lifter.stored import Certainty, Provenance, StoredLifter, checksum_of, packed, unpacked_arrays
 from perception_worker.networks.network_setting import NetworkSetting, network_setting
 from protocol.artifact import sha256
-from protocol.config import RunConfig, settled
+from protocol.config import settled
+from protocol.config_file import recorded_config
 from protocol.errors import InvalidInput
 
 HELD_OUT = 5
@@ -101,5 +102,5 @@ def _setting(metadata: dict[bytes, bytes], path: Path) -> NetworkSetting:
     encoded = metadata.get(b"vantage.config")
     if encoded is None:
         raise InvalidInput(f"{path} does not tell the configuration that it was made with")
-    config = msgspec.toml.decode(encoded, type=RunConfig)
+    config = recorded_config(encoded, path)
     return network_setting(settled(config.perception, config.profile))

@@ -6,7 +6,7 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from orchestrator.lifter.table import table_of
-from orchestrator.run.run_directory import resolved_toml
+from orchestrator.run.run_directory import plain_toml
 from protocol.camera import Camera, CameraPose, project
 from protocol.config import RunConfig
 from tests.perception_worker.lifter.bodies import INTRINSICS, joints
@@ -21,7 +21,7 @@ def write_table(path: Path, frames: int = 1200, people: int = 10, seed: int = 0,
     random = np.random.default_rng(seed)
     rows = [_row(number, number % people, random, aside * (number % 2)) for number in range(frames)]
     table = table_of(rows).replace_schema_metadata(
-        {"vantage.config": resolved_toml(RunConfig()).decode(), "vantage.views": '{"seed":0}'}
+        {"vantage.config": plain_toml(RunConfig()).decode(), "vantage.views": '{"seed":0}'}
     )
     pq.write_table(table, path)
     return path

@@ -11,10 +11,9 @@ from protocol.messages import Ping
 class AnswersPingsFromItsHandler(ProperWorker):
     def answer(self, sender, header: RequestHeader, message) -> None:
         if isinstance(message, Ping):
-            # Not counted as work, so that its counters are right.
+            # Not counted as work, here and below, so that its counters are right.
             self.jobs.put(Job(sender, header.request, message, time.monotonic() + header.deadline))
             self.in_hand += 1
-            self.progress -= 1
         else:
             super().answer(sender, header, message)
 
@@ -23,6 +22,7 @@ class AnswersPingsFromItsHandler(ProperWorker):
             self.in_hand -= 1
             pong = self.health()
             self.in_hand += 1
+            self.progress -= 1
             return pong
         return super().compute(request)
 
