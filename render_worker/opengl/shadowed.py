@@ -1,4 +1,4 @@
-"""Where on the ground the shadow of people can fall, so that it is not looked for elsewhere."""
+"""Where on the ground the shadow of people can fall, so that shaders look for it nowhere else."""
 
 import math
 from collections.abc import Iterable
