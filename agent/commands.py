@@ -35,7 +35,7 @@ _CLOCKS = Clocks(wall=time.time, steady=time.monotonic)
 
 
 class EvaluationStopped(Exception):
-    """Somebody asked to stop before the last flight was over."""
+    """A stop was requested before the last flight was over."""
 
 
 def train_run(
@@ -104,7 +104,7 @@ def evaluate_run(
         try:
             evaluation = evaluate(connections.sensor, config, policies, flights, progress)
         except (EvaluationStopped, CallFailed):
-            # Who is asked to end may find the workers ended before it.
+            # When the whole run ends, the workers may end before the agent.
             if not stop():
                 raise
             _log.info("stopped on request, before the evaluation was whole")
@@ -121,7 +121,7 @@ def _about(job: str, config: RunConfig, workers: WorkerAccess) -> About:
 
 
 def _ready(connections: Connections, stop: StopRequest) -> bool:
-    """Whether there are workers; not if somebody asked to stop while none were there."""
+    """Whether there are workers; False if a stop was requested while there were none."""
     try:
         connections.wait_ready()
     except CallFailed:
@@ -133,7 +133,7 @@ def _ready(connections: Connections, stop: StopRequest) -> bool:
 
 
 class EvaluationProgress:
-    """Writes down how far an evaluation is, and stops it on request."""
+    """Records how far an evaluation is, and stops it on request."""
 
     def __init__(self, journal: Journal, steps: int, clocks: Clocks, stop: Callable[[], bool]) -> None:
         self._journal = journal
@@ -145,7 +145,7 @@ class EvaluationProgress:
         self._written = clocks.steady()
 
     def __call__(self, steps: int) -> None:
-        """So many environment steps were flown."""
+        """Count `steps` more environment steps."""
         if self._stop():
             raise EvaluationStopped
         self._step += steps

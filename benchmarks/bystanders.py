@@ -56,7 +56,7 @@ class View(NamedTuple):
     Attributes:
         alone, alone_masked, both, both_masked: whole, without the bystander and with them.
         tracked_alone, tracked, tracked_from_first: tracked, without the bystander; with them, who have just come; and
-            with them, who were there before anybody was known.
+            with them, who were there before any person was known.
     """
 
     scene: Scene

@@ -59,7 +59,7 @@ class Rated(NamedTuple):
 
 
 class View(NamedTuple):
-    """A picture of somebody, rated both ways.
+    """A picture of a person, rated both ways.
 
     Attributes:
         error: (18,) metres of the surface in front, NaN where there is none.

@@ -1,9 +1,9 @@
-"""What checkpoints cost, and what it costs to go on from one, with much and with more in the replay memory.
+"""The cost of writing checkpoints and of resuming from one, with replay memories of several sizes.
 
     python -m benchmarks.checkpointing
 
 The memory and its journal are filled with made-up steps. Between two checkpoints come as many new steps as in a
-training of the default configuration; the share is of the time that these take in the loop, whose speed is given.
+training of the default configuration; the share is of the time of these steps in the loop, by its given throughput.
 """
 
 import argparse
@@ -42,7 +42,7 @@ class Cost(Struct, frozen=True, kw_only=True):
 
 
 def measure(directory: Path, transitions: int, checkpoints: int) -> Cost:
-    """Fill a memory of so many transitions, then write checkpoints as a training does, and go on from the last."""
+    """Fill a memory with `transitions`, write checkpoints as a training does, and resume from the last."""
     config = RunConfig(learner=LearnerConfig(sac=SacConfig(buffer_size=transitions)))
     drones, every = config.environment.num_envs, config.training.checkpoint_every
     learner = make_learner(config.learner, config.environment, seed=0)
@@ -85,7 +85,7 @@ def measure(directory: Path, transitions: int, checkpoints: int) -> Cost:
 
 
 def resume(directory: Path, config: RunConfig) -> None:
-    """Verify all that the newest checkpoint names, and fill a learner from it."""
+    """Verify the files of the newest checkpoint, and fill a learner from it."""
     newest = Checkpoints(directory / "checkpoints", config).newest()
     if newest is None:
         return

@@ -78,7 +78,7 @@ class Target:
         self._findings = findings
         self._context: Context = zmq.Context()
         self._socket = self._context.socket(zmq.ROUTER)
-        # Nobody is connected: each reply is encoded, handed to the socket and refused there.
+        # No client is connected: each reply is encoded, handed to the socket and refused there.
         self._socket.set(zmq.ROUTER_MANDATORY, 1)
         self._listener = self._new_listener()
 

@@ -5,7 +5,7 @@
 
 Prints the mean error of joints on people whom no fit has seen, by whether the joint was found and by their poses; no
 joint's counts as more than 0.5 m, so that the few frames in which all is lost do not decide. *Like a flight's*:
-somebody alone, in full view, 1.5 to 9 m away, in one of the eight kinds. Fits are smaller than the one that ships:
+one person alone, in full view, 1.5 to 9 m away, in one of the eight kinds. Fits are smaller than the one that ships:
 compare them with each other.
 """
 

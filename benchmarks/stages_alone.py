@@ -61,7 +61,7 @@ def _seconds_by_stage(pair: WorkerPair, config: RunConfig, requests: int, displa
     views = observe_requests(pair, front_views(seed=0), requests, config.environment, split="train")
     for done, request in enumerate(views):
         # Each scene twice: the first picture of a body also uploads it, which an episode does once in a hundred steps.
-        # And a filter that has seen the person is what a step sends; one that knows nobody may be looked up otherwise.
+        # A step sends a filter that has seen the person; one that knows no person may be detected otherwise.
         known = pair.perceiver.call(request).filter
         pending = pair.perceiver.submit(replace(request, filter=known))
         pending.result()

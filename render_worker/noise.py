@@ -1,4 +1,4 @@
-"""Seamless grey noise, the stuff that fabrics, skin, grounds and clouds are made of."""
+"""Seamless grey noise, for fabrics, skin, grounds and clouds."""
 
 from functools import lru_cache
 

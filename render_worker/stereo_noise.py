@@ -30,7 +30,7 @@ _EDGE = 1.0
 
 
 def noise_seed(scene: Scene, camera: Camera) -> int:
-    """A seed that a request determines, so that its answer stays the same wherever and whenever it is given."""
+    """A seed that follows from scene and camera, so that every worker gives the same answer at any time."""
     encoded = msgspec.msgpack.encode((scene, camera))
     return int.from_bytes(hashlib.blake2b(encoded, digest_size=8).digest(), "big")
 

@@ -149,5 +149,5 @@ def _last_line(stderr: str, code: int) -> str:
     lines = [line for line in stderr.splitlines() if line.strip()]
     if not lines:
         return f"it ended with {code} and without a word"
-    # An exception's module says nothing to whoever reads the table.
+    # Readers of the table don't need an exception's module.
     return re.sub(r"^(\w+\.)+\w+: ", "", lines[-1].strip())

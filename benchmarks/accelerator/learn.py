@@ -23,7 +23,7 @@ class Learner(Updating, Protocol):
 
 
 def learner_on(device: str, config: SacConfig) -> Learner:
-    """The room's own on the CPU; elsewhere the same agent of skrl's.
+    """The agent's own learner on the CPU; on another device the same agent of skrl's.
 
     Raises:
         Unavailable: torch has no such device.
