@@ -1,14 +1,14 @@
-"""Who is taken for the person with a second one in the picture, and what that one does to the first one's quality.
+"""Which of two people in a picture is taken for the person, and how the other one changes the person's quality.
 
     python -m benchmarks.bystanders --frames 400
 
-Test scenes with one bystander and the same scenes without, seen from all around, 1.5 to 9 m away. Clear are views with
-the bystander in the picture and nobody hidden by them, in which the person was found without them. In these it is told
-whose the keypoints are: of a look at the whole frame; tracked, by the filter of a look a step before at the person
-alone; and tracked from a step before on which the bystander was there already, and the filter knew nobody yet.
+Test scenes with one bystander and the same scenes without, seen from all around, 1.5 to 9 m away. A view is clear if
+the bystander is in the picture and does not hide the person, and the person is found without the bystander. The tables
+tell whose keypoints are found in clear views: in the whole frame; tracked, with the filter of a view a step before of
+the person alone; and tracked from a view a step before with the bystander in it, where the filter knew no person yet.
 
-The table of quality, with and without `perception.mask`, is of looks at the whole frame: of the clear views in which
-the person was told from the bystander, the visible joints that were found at the same place in both.
+The table of quality, with and without `perception.mask`, is of whole frames: of the clear views in which the person was
+told from the bystander, the visible joints that were found at the same place in both.
 """
 
 import argparse
@@ -95,7 +95,7 @@ class Once:
         self._last: tuple[UInt8Array, NetworkOutput] | None = None
 
     def infer(self, rgb: UInt8Array) -> NetworkOutput:
-        """What the network gave or gives; raises as it does."""
+        """The network's output; that of the last picture is kept. Raises as the network does."""
         if self._last is None or not np.array_equal(self._last[0], rgb):
             self._last = rgb.copy(), self._network.infer(rgb)
         return self._last[1]
@@ -105,8 +105,8 @@ class Once:
         return self._network.decode(output)
 
 
-class Looker:
-    """Looks at scenes in all the ways that are compared: each whole picture is seen once, and judged twice."""
+class Perceivers:
+    """Perceive scenes in all the ways that are compared; the network runs once on each whole picture."""
 
     def __init__(self, renderer: Renderer, config: RunConfig) -> None:
         whole = WholeFrameDetector(Once(open_network(config.perception)))
@@ -118,7 +118,7 @@ class Looker:
         self._renderer = renderer
         self._environment = config.environment
 
-    def look(self, scene: Scene, camera: Camera, rng: np.random.Generator) -> View:
+    def view(self, scene: Scene, camera: Camera, rng: np.random.Generator) -> View:
         """One view in all ways."""
         without = replace(scene, bystanders=())
         before = a_step_before(camera, self._environment, rng)
@@ -138,10 +138,10 @@ def views(frames: int) -> Iterator[View]:
     """Every view."""
     config, rng = RunConfig(), np.random.default_rng(0)
     with closing(open_renderer(config.render)) as renderer:
-        looker = Looker(renderer, config)
+        perceivers = Perceivers(renderer, config)
         for seed, viewpoint in zip(range(frames), all_views(seed=0, farthest=9.0), strict=False):
             scene = sample_scene(seed, "test", bystanders=1)
-            yield looker.look(scene, camera_at(viewpoint, scene, config.environment), rng)
+            yield perceivers.view(scene, camera_at(viewpoint, scene, config.environment), rng)
 
 
 def is_in_picture(view: View) -> bool:
@@ -209,7 +209,7 @@ def whose(views: Sequence[View], way: str) -> str:
 
 
 def report(found: Sequence[View]) -> Iterator[str]:
-    """What was seen, line by line."""
+    """The table of keypoints, line by line."""
     in_picture = [view for view in found if is_in_picture(view) and not is_hiding(view)]
     clear = [view for view in in_picture if is_of_person(view.camera, view.alone)]
     clear_tracked = [view for view in in_picture if is_of_person(view.camera, view.tracked_alone)]
@@ -225,7 +225,7 @@ def report(found: Sequence[View]) -> Iterator[str]:
 
 
 def quality_report(found: Sequence[View], compared: Sequence[View]) -> Iterator[str]:
-    """What the bystander does to the quality in the views that are compared, line by line."""
+    """The table of the bystander's effect on quality, line by line."""
     joints = [compared_joints(view) for view in compared]
     alone = [view.alone for view in compared]
     yield "\n| | mass | its shift | shifted by over 0.1 | quality | ρ with the error |\n|---|---:|---:|---:|---:|---:|"
@@ -256,7 +256,7 @@ def main() -> None:
     # As the perception worker does.
     cv2.setNumThreads(1)
     found = list(
-        track(views(options.frames), total=options.frames, console=Console(stderr=True), description="looking")
+        track(views(options.frames), total=options.frames, console=Console(stderr=True), description="perceiving")
     )
     console.print(f"machine: {machine_kind()}", markup=False)
     for line in report(found):

@@ -1,10 +1,10 @@
-"""What quality would be at the cell that a joint's peak is in, in place of the cell that its keypoint falls into.
+"""Quality at the cell of a joint's peak, compared with quality at the cell that its keypoint falls into.
 
     python -m benchmarks.cells --scenes 500
     python -m benchmarks.cells --scenes 100 --look whole --width 80 --height 60
 
 Test scenes from all around, 1.5 to 9 m away, four pictures of each a step apart, the filter carried on, with both kinds
-of depth noise in turns. docs/decisions/0214 says what was made of it.
+of depth noise in turns. docs/decisions/0214 has the conclusion.
 """
 
 import argparse
@@ -161,7 +161,7 @@ def table(found: Sequence[View]) -> str:
 
 
 def _placed(found: Sequence[View], ways: list[list[Rated]]) -> list[str]:
-    """How far the lifter's points are off, and how many its radii hold."""
+    """The errors of the lifter's points, and the share that its radii hold."""
     truth = np.stack([view.truth for view in found])
     points = [np.stack([one.points for one in way]) for way in ways]
     placed = np.isfinite(points[0][..., 0]) & np.isfinite(points[1][..., 0])

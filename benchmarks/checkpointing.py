@@ -44,37 +44,11 @@ class Cost(Struct, frozen=True, kw_only=True):
 def measure(directory: Path, transitions: int, checkpoints: int) -> Cost:
     """Fill a memory with `transitions`, write checkpoints as a training does, and resume from the last."""
     config = RunConfig(learner=LearnerConfig(sac=SacConfig(buffer_size=transitions)))
-    drones, every = config.environment.num_envs, config.training.checkpoint_every
-    learner = make_learner(config.learner, config.environment, seed=0)
-    store, rng = Checkpoints(directory / "checkpoints", config), np.random.default_rng(0)
-    with ReplayJournal(directory / REPLAY, drones) as journal:
-        episodes = AppendOnlyFile(directory / "episodes.jsonl")
-
-        def fly(steps: int) -> None:
-            for _ in range(steps):
-                transition = _made_up(rng, drones)
-                learner.observe(transition)
-                journal.append(transition)
-
-        def sync() -> Grown:
-            episodes.sync()
-            return Grown(episodes=episodes.mark, replay=journal.sync())
-
-        fly(transitions // drones)
-        journal.sync()
-        # Some updates, so that the optimisers have something to keep.
-        learner.updates = transitions - config.learner.sac.batch_size - 8
-        learner.learn()
-        seconds: list[float] = []
-        for number in range(checkpoints):
-            fly(every // drones)
-            step = transitions + (number + 1) * every
-
-            def keep(step: int = step) -> None:
-                store.write(_content(learner, step), sync)
-                save_weights(directory / FILE_NAME, learner.weights(), {})
-
-            seconds.append(_seconds_of(keep))
+    with ReplayJournal(directory / REPLAY, config.environment.num_envs) as journal:
+        trial = _Trial(directory, config, journal)
+        trial.fill(transitions)
+        every = config.training.checkpoint_every
+        seconds = [trial.checkpoint(transitions + (number + 1) * every) for number in range(checkpoints)]
     return Cost(
         transitions=transitions,
         checkpoints=seconds,
@@ -82,6 +56,47 @@ def measure(directory: Path, transitions: int, checkpoints: int) -> Cost:
         checkpoint_bytes=_size(max((directory / "checkpoints").iterdir())),
         journal_bytes=_size(directory / REPLAY),
     )
+
+
+class _Trial:
+    """A training whose steps are made up."""
+
+    def __init__(self, directory: Path, config: RunConfig, journal: ReplayJournal) -> None:
+        self._directory = directory
+        self._config = config
+        self._journal = journal
+        self._learner = make_learner(config.learner, config.environment, seed=0)
+        self._checkpoints = Checkpoints(directory / "checkpoints", config)
+        self._episodes = AppendOnlyFile(directory / "episodes.jsonl")
+        self._rng = np.random.default_rng(0)
+
+    def fill(self, transitions: int) -> None:
+        """Fill the memory and its journal."""
+        self._fly(transitions)
+        self._journal.sync()
+        # Some updates, so that the optimisers have something to keep.
+        self._learner.updates = transitions - self._config.learner.sac.batch_size - 8
+        self._learner.learn()
+
+    def checkpoint(self, step: int) -> float:
+        """Fly up to the next checkpoint; returns the seconds to write it."""
+        self._fly(self._config.training.checkpoint_every)
+        return _seconds_of(lambda: self._write(step))
+
+    def _fly(self, transitions: int) -> None:
+        drones = self._config.environment.num_envs
+        for _ in range(transitions // drones):
+            transition = _made_up(self._rng, drones)
+            self._learner.observe(transition)
+            self._journal.append(transition)
+
+    def _write(self, step: int) -> None:
+        self._checkpoints.write(_content(self._learner, step), self._sync)
+        save_weights(self._directory / FILE_NAME, self._learner.weights(), {})
+
+    def _sync(self) -> Grown:
+        self._episodes.sync()
+        return Grown(episodes=self._episodes.mark, replay=self._journal.sync())
 
 
 def resume(directory: Path, config: RunConfig) -> None:

@@ -1,10 +1,10 @@
-"""How many of the joints that a camera sees the pose network finds on our renders.
+"""The share of visible joints that the pose network finds on our renders.
 
     python -m benchmarks.detection --frames 200
 
-Test identities, 1.5 to 4 m away, the front half, each seen from a step before as well. A visible joint is found when
-its keypoint lies within 5% of the body's height in pixels, for which the true nose's height above the ground stands:
-stricter than the whole body's.
+Test identities, 1.5 to 4 m away, the front half, each seen from a step before as well. A visible joint is found if its
+keypoint lies within 5% of the body's height in pixels. The true nose's height above the ground stands for the body's,
+which makes the test stricter.
 """
 
 import argparse

@@ -27,7 +27,7 @@ BANDS = {"under 3 m": (0.0, 3.0), "3 to 6 m": (3.0, 6.0), "beyond 6 m": (6.0, np
 
 
 class View(NamedTuple):
-    """What was asked for, and from how many degrees from the person's front and how many metres along the ground."""
+    """A request, its degrees from the person's front, and its metres along the ground."""
 
     request: Observe
     angle: float
@@ -121,8 +121,8 @@ def figures(comparisons: Sequence[Comparison]) -> Figures:
         np.stack([getattr(one, name) for one in comparisons])
         for name in ("detected", "error", "visible", "right", "swapped")
     )
-    behind, distance = np.array([one.behind for one in comparisons]), np.array([one.distance for one in comparisons])
-    bands = [(distance >= nearest) & (distance < farthest) for nearest, farthest in BANDS.values()]
+    behind = np.array([one.behind for one in comparisons])
+    bands = _bands(np.array([one.distance for one in comparisons]))
     located = error[np.isfinite(error)]
     face: BoolArray = np.any(detected[:, _FACE], axis=1)
     nobody: BoolArray = ~np.any(detected, axis=1)
@@ -139,6 +139,10 @@ def figures(comparisons: Sequence[Comparison]) -> Figures:
         faces_behind=_mean(face[behind]),
         nobody=_mean(nobody),
     )
+
+
+def _bands(distance: Float64Array) -> list[BoolArray]:
+    return [(distance >= nearest) & (distance < farthest) for nearest, farthest in BANDS.values()]
 
 
 def frame_correlations(comparisons: Sequence[Comparison], draws: int = 1000) -> tuple[Correlation, Correlation]:

@@ -3,7 +3,7 @@
     python -m benchmarks.stages_alone
 
 Prints a line of JSON, for `benchmarks.loop`. Run as a file (`python -P benchmarks/stages_alone.py`) it measures the
-rooms of whichever checkout `PYTHONPATH` names, so that two are measured by the same means.
+rooms of the checkout that `PYTHONPATH` names, so that two are measured by the same code.
 """
 
 import argparse
@@ -33,7 +33,7 @@ from protocol.records import Stage
 
 
 class StagesAlone(Struct, frozen=True):
-    """What one picture and one update cost.
+    """The cost of one picture and of one update.
 
     Attributes:
         seconds: median of each stage; of `learn`, that of one gradient update.
@@ -85,7 +85,7 @@ def _updates_alone(config: RunConfig, updates: int = 60) -> list[float]:
 
 
 class Updating(Protocol):
-    """What is timed of a learner."""
+    """The timed parts of a learner."""
 
     updates: int
 
@@ -127,7 +127,7 @@ def random_transition(rng: np.random.Generator, envs: int) -> Transition:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What is measured, and how long."""
+    """Add the options of the measurement."""
     parser.add_argument(
         "--config", type=Path, default=Path("configs/benchmark.toml"), help="relative to the checkout that runs it"
     )

@@ -1,9 +1,9 @@
-"""What it costs to carry a message to a worker and its answer back.
+"""The time to carry a message to a worker and its answer back.
 
     python -m benchmarks.transport
 
-Transport is what is left of a call's time when the worker's queueing and computing are taken off: coding, sockets and
-the threads' taking turns. One call under way at a time, over ipc to a process.
+Transport is a call's time without the worker's queueing and computing: coding, sockets and thread switches. One call
+is under way at a time, over ipc to a process.
 """
 
 import argparse

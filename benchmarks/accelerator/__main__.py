@@ -1,4 +1,4 @@
-"""What a GPU is worth to each stage, and what it changes.
+"""The gain of a GPU in each stage, and its effect on results.
 
     python -m benchmarks.accelerator
     python -m benchmarks.accelerator --only learn,loop

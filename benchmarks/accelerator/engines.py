@@ -60,7 +60,7 @@ def _open_network(name: str, size: tuple[int, int], config: PerceptionConfig) ->
 
 
 def cpu_engine() -> str:
-    """What a perception worker would take without a GPU, or the next best."""
+    """The engine that a perception worker takes without a GPU, or the next best."""
     return "openvino" if importlib.util.find_spec("openvino") else "onnxruntime"
 
 

@@ -15,7 +15,7 @@ from protocol.errors import Unavailable
 
 
 class Learner(Updating, Protocol):
-    """What is measured of a learner."""
+    """The measured parts of a learner."""
 
     def weights(self) -> dict[str, NDArray[Any]]:
         """The parameters of all its networks, by name."""
