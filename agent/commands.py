@@ -43,12 +43,12 @@ def train_run(
 ) -> Summary | None:
     """Train as the run's configuration says, from its newest checkpoint on if there is one; None if stopped before.
 
-    Records, curves, checkpoints and weights go into the run directory; how the process is, is served at `http`.
+    Records, curves, checkpoints and weights go into the run directory; health and metrics are served at `http`.
 
     Raises:
         InvalidConfig: see `protocol.errors`.
         ResumeRefused, RunInUse: see `agent.errors`; nothing was changed.
-        DeadlineExceeded, CallFailed: the workers are gone; what was flown so far is kept.
+        DeadlineExceeded, CallFailed: the workers are gone; the flown steps are kept.
     """
     config = load_run_config(run)
     learner = make_learner(config.learner, config.environment, seed=config.seed)
@@ -80,10 +80,10 @@ def evaluate_run(
 ) -> Evaluation | None:
     """Evaluate the run's policy and baselines, or those named, and write `evaluation.json`; None if stopped before.
 
-    How the process is, is served at `http`.
+    Health and metrics are served at `http`.
 
     Raises:
-        InvalidInput: there is no policy of that name.
+        InvalidInput: no policy has that name.
         ArtifactMissing, ArtifactDamaged: there are no weights, or they don't fit the configuration.
     """
     config = load_run_config(run)

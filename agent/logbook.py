@@ -39,7 +39,7 @@ class Logbook:
         self.begin("prefill", "", 0)
 
     def begin(self, phase: Phase, policy: str, steps: int, *, done: int = 0) -> None:
-        """A phase of so many environment steps, some of them perhaps done, flown by the policy of that name."""
+        """Begin a phase of `steps` environment steps, `done` of them done, flown by the policy of that name."""
         self._phase: Phase = phase
         self._policy = policy
         self._steps = steps

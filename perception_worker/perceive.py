@@ -45,7 +45,7 @@ class _Located(NamedTuple):
     Attributes:
         windows: the depths around the keypoints.
         quality: of each joint.
-        evidence: what a learned lifter is told, where one is asked or the caller wants it.
+        evidence: the input of a learned lifter, where there is one or the caller wants it.
         placed: where the joints are.
     """
 
@@ -110,7 +110,7 @@ class Perceiver:
             filter_state: the filter before this moment.
             heatmaps: whether the estimate is to carry the network's heatmaps.
             liftings: ways of lifting whose readings the estimate is to carry.
-            evidence: whether the estimate is to carry what a learned lifter is told.
+            evidence: whether the estimate is to carry the input of a learned lifter.
 
         Returns:
             The estimate; where no person is found, all joints are NaN, all qualities 0 and the filter locates none.

@@ -17,7 +17,7 @@ def _perceive() -> None:
     config = RunConfig()
     perception = with_lifter_at_hand(settled(config.perception, config.profile))
     warm_up(open_perceiver(perception))
-    sys.stdout.write(f"{network_name(perception)} looks at pictures\n")
+    sys.stdout.write(f"{network_name(perception)} perceives pictures\n")
 
 
 if __name__ == "__main__":

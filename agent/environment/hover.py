@@ -73,8 +73,8 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
         """Fly for one step and observe the person.
 
         Raises:
-            InvalidInput: the action is not three finite numbers; the episode stands as it was.
-            CallFailed: no worker answered; the episode stands as it was.
+            InvalidInput: the action is not three finite numbers; the episode stays as it was.
+            CallFailed: no worker answered; the episode stays as it was.
         """
         if self.flight is None or self.flight.over:
             raise ResetNeeded("the episode is over, or none was begun: call reset() first")
@@ -90,7 +90,7 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
 
 
 def info_of(flight: Flight, times: StageTimes) -> dict[str, Any]:
-    """What a step tells beside the observation; nothing in it is shared with the episode's state.
+    """A step's info beside the observation; nothing in it is shared with the episode's state.
 
     `outcome`, `uncertainty` (weighted, 0 to 10), `quality` (18,), `position` (metres), `timings` (seconds by stage, of
     the picture if one was taken); of the episode so far its `seed`, `length` in steps and `total_reward`.

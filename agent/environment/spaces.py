@@ -1,4 +1,4 @@
-"""What a policy sees and what it may do, as numbers and as Gymnasium's spaces."""
+"""Observations and actions of a policy, as numbers and as Gymnasium's spaces."""
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -44,7 +44,7 @@ def observation_of(flight: Flight) -> Float32Array:
 
 
 def require_actions(actions: ArrayLike, shape: tuple[int, ...]) -> Float64Array:
-    """Return `actions` as an array of `shape`; values beyond the limits are let through, since the drone cuts them.
+    """Return `actions` as an array of `shape`; values beyond the limits are allowed, since the drone cuts them.
 
     Raises:
         InvalidInput: another shape, no numbers, or a value that is not finite.

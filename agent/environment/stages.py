@@ -62,15 +62,15 @@ class StageMedians:
                 self._recent[stage].append(seconds)
 
     def state(self) -> dict[Stage, list[float]]:
-        """What the medians are of."""
+        """The values that the medians are computed from."""
         return {stage: list(recent) for stage, recent in self._recent.items()}
 
     def restore(self, state: Mapping[Stage, list[float]]) -> None:
-        """Go on from a `state`."""
+        """Continue from a `state`."""
         for stage, recent in self._recent.items():
             recent.clear()
             recent.extend(state[stage])
 
     def medians(self) -> dict[Stage, float]:
-        """Seconds a step, of the stages that were met."""
+        """Median seconds of the stages that have values."""
         return {stage: statistics.median(recent) for stage, recent in self._recent.items() if recent}

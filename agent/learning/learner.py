@@ -66,14 +66,14 @@ class Learner(Protocol):
         ...
 
     def state(self) -> dict[str, Any]:
-        """All that its future depends on beside the weights and the steps in replay memory, random generators included.
+        """The state that its future depends on beside weights and replay memory, with the random generators.
 
         Tensors, arrays and plain values, nested: networks' hidden states, optimisers, a rollout under way.
         """
         ...
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state` of a learner of the same configuration, bit for bit."""
+        """Continue from a `state` of a learner of the same configuration, bit for bit."""
         ...
 
     def recall(self, steps: Iterable[Transition]) -> None:

@@ -46,7 +46,7 @@ FEATURES = (
 `depth_offset`, `centre_offset`, `rise`: how much farther than the body's middle, how far from it, how high above it.
 `bone`, `bone_depth`, `bone_height`: length to the joint that it hangs on, how much farther it is than that, and that
 one's height of peak. `pair...`: the same with its mirror joint. `side`: how far on its own side of the middle, as seen
-from the camera. `shoulders`, `hips`: how far the left one is to the right of the right one, as it is in a body that
+from the camera. `shoulders`, `hips`: how far the left one is to the right of the right one, positive in a body that
 faces the camera.
 """
 

@@ -8,7 +8,7 @@ from protocol.region import Region
 
 
 class Pictures(Protocol):
-    """What a camera sees at one moment, of which any part may be asked for."""
+    """A camera's picture of one moment, of which any part may be asked for."""
 
     @property
     def camera(self) -> Camera:

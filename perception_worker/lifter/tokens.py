@@ -39,7 +39,7 @@ _STANDING = 1.35
 _LEAST_DEPTH, _MOST_DEPTH = 0.5, 15.0
 
 _USUAL_RESOLUTION = 100.0
-"""Pixels a metre; resolutions are told as the logarithm of their ratio to it."""
+"""Pixels a metre; a token has the logarithm of a resolution's ratio to it."""
 
 
 def _mirrored_joints() -> list[int]:
@@ -53,7 +53,7 @@ MIRRORED = np.array(_mirrored_joints(), dtype=np.intp)
 
 
 class Seen(Struct, frozen=True, eq=False, kw_only=True):
-    """What is known of n frames.
+    """The evidence of n frames.
 
     Attributes:
         rays: (n, 18, 2) slopes x/z and y/z to each keypoint, NaN where there is none.
@@ -76,7 +76,7 @@ class Tokens(Struct, frozen=True, eq=False, kw_only=True):
 
     Attributes:
         values: (n, 18, TOKEN_SIZE).
-        rays: (n, 18, 2) along which each joint is looked for: its keypoint's, or the body's middle.
+        rays: (n, 18, 2) on which each joint is expected: its keypoint's, or the body's middle.
         depth: (n,) metres along the view to the body's middle.
         measured: (n,) whether any depth told so.
     """

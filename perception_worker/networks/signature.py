@@ -43,7 +43,7 @@ class TensorSpec:
 
     @property
     def words(self) -> str:
-        """What it is, for messages."""
+        """The tensor in words, for messages."""
         sides = "…" if self.shape is None else ", ".join("any" if side is None else str(side) for side in self.shape)
         return f"{self.name} {self.kind} [{sides}]"
 

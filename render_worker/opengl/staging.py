@@ -88,7 +88,7 @@ class Staging:
         self._texture_arrays = TextureArrays(context)
 
     def scene(self, prepared: PreparedScene) -> Staged:
-        """What belongs to this scene alone."""
+        """The things that belong to this scene alone."""
         people = tuple(map(self._upload, prepared.people))
         around = self._buffer(prepared.patch[0]), self._buffer(prepared.patch[1])
         return Staged(
