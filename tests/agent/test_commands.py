@@ -81,7 +81,7 @@ def test_nothing_is_evaluated_before_there_are_weights(run: Path) -> None:
 def test_weights_of_another_configuration_are_refused(run: Path, tmp_path: Path) -> None:
     with analytic_workers(tmp_path) as workers:
         train_run(run, workers)
-    (run / "config.toml").write_text(CONFIG.replace("hidden = [16]", "hidden = [8]"))
+    (run / "config.toml").write_text(CONFIG.replace("hidden_sizes = [16]", "hidden_sizes = [8]"))
     with pytest.raises(ArtifactDamaged):
         evaluate_run(run, workers, episodes=1, names=("sac",))
 
