@@ -36,7 +36,7 @@ _CLOCKS = Clocks(wall=time.time, steady=time.monotonic)
 
 
 class EvaluationStopped(Exception):
-    """Somebody asked to stop before the last flight was over."""
+    """A stop was requested before the last flight was over."""
 
 
 def train_run(
@@ -44,12 +44,12 @@ def train_run(
 ) -> Summary | None:
     """Train as the run's configuration says, from its newest checkpoint on if there is one; None if stopped before.
 
-    Records, curves, checkpoints and weights go into the run directory; how the process is, is served at `http`.
+    Records, curves, checkpoints and weights go into the run directory; health and metrics are served at `http`.
 
     Raises:
         InvalidConfig: see `protocol.errors`.
         ResumeRefused, RunInUse: see `agent.errors`; nothing was changed.
-        DeadlineExceeded, CallFailed: the workers are gone; what was flown so far is kept.
+        DeadlineExceeded, CallFailed: the workers are gone; the flown steps are kept.
     """
     config = load_run_config(run)
     learner = make_learner(config.learner, config.environment, seed=config.seed)
@@ -81,10 +81,10 @@ def evaluate_run(
 ) -> Evaluation | None:
     """Evaluate the run's policy and baselines, or those named, and write `evaluation.json`; None if stopped before.
 
-    How the process is, is served at `http`.
+    Health and metrics are served at `http`.
 
     Raises:
-        InvalidInput: there is no policy of that name.
+        InvalidInput: no policy has that name.
         ArtifactMissing, ArtifactDamaged: there are no weights, or they don't fit the configuration.
     """
     config = load_run_config(run)
@@ -101,11 +101,11 @@ def evaluate_run(
     ):
         if not _ready(connections, stop):
             return None
-        watch = EvaluationWatch(journal, steps, _CLOCKS, lambda: stop.is_asked)
+        progress = EvaluationProgress(journal, steps, _CLOCKS, lambda: stop.is_asked)
         try:
-            evaluation = evaluate(connections.sensor, config, policies, flights, watch)
+            evaluation = evaluate(connections.sensor, config, policies, flights, progress)
         except (EvaluationStopped, CallFailed):
-            # Who is asked to end may find the workers ended before it.
+            # When the whole run ends, the workers may end before the agent.
             if not stop.is_asked:
                 raise
             _log.info("stopped on request, before the evaluation was whole")
@@ -122,7 +122,7 @@ def _about(job: str, config: RunConfig, workers: WorkerAccess) -> About:
 
 
 def _ready(connections: Connections, stop: StopRequest) -> bool:
-    """Whether there are workers; not if somebody asked to stop while none were there."""
+    """Whether there are workers; False if a stop was requested while there were none."""
     try:
         connections.wait_ready()
     except CallFailed:
@@ -133,8 +133,8 @@ def _ready(connections: Connections, stop: StopRequest) -> bool:
     return True
 
 
-class EvaluationWatch:
-    """Writes down how far an evaluation is, and stops it on request."""
+class EvaluationProgress:
+    """Records how far an evaluation is, and stops it on request."""
 
     def __init__(self, journal: Journal, steps: int, clocks: Clocks, stop: Callable[[], bool]) -> None:
         self._journal = journal
@@ -146,7 +146,7 @@ class EvaluationWatch:
         self._written = clocks.steady()
 
     def __call__(self, steps: int) -> None:
-        """So many environment steps were flown."""
+        """Count `steps` more environment steps."""
         if self._stop():
             raise EvaluationStopped
         self._step += steps

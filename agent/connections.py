@@ -23,9 +23,9 @@ from protocol.timeouts import Timeouts
 
 
 class WorkerAccess(Struct, frozen=True):
-    """Where the workers of a run serve; with an orchestrator to ask, those that it names come on top.
+    """The addresses of a run's workers; an orchestrator, where there is one, names further ones.
 
-    `security` has the keys to speak with all of them; without any, they are on this machine.
+    `security` has the keys to speak with all of them; without keys, they are on this machine.
     """
 
     render: tuple[str, ...] = ()
@@ -51,17 +51,17 @@ class Connections:
                 )
                 registration.follow(self._render, Role.RENDER)
                 registration.follow(self._perception, Role.PERCEPTION)
-            # Only now: the connections' threads keep theirs, so that an update does not hold up the next pictures.
+            # Only now: the connections' threads keep their priority, so that updates do not delay pictures.
             let_others_go_first()
             self._opened = opened.pop_all()
         self.sensor = RemoteSensor(self._render, self._perception)
 
     def wait_ready(self) -> None:
-        """Wait until there is somebody to see with: all of the workers, or with an orchestrator one of each role.
+        """Wait until all of the workers are ready, or with an orchestrator one of each role.
 
         Raises:
-            DeadlineExceeded: there was nobody within `timeouts.startup`.
-            VersionMismatch, WrongRole: who is there is not one to talk to.
+            DeadlineExceeded: they were not ready within `timeouts.startup`.
+            VersionMismatch, WrongRole: a worker speaks another version or has another role.
         """
         for pool in (self._render, self._perception):
             if self._is_registered:
@@ -75,7 +75,7 @@ class Connections:
         return {Role.RENDER: self._render, Role.PERCEPTION: self._perception}
 
     def statistics(self) -> Statistics:
-        """What was counted so far."""
+        """The counts so far."""
         return total(self._render.statistics, self._perception.statistics)
 
     def __enter__(self) -> Self:
@@ -98,7 +98,7 @@ def _registration(
     timeouts: Timeouts,
     security: Security,
 ) -> Registration:
-    # It serves nobody, so there is no address, and nothing to be ready for.
+    # The agent serves no requests, so it has no address and is ready at once.
     record = WorkerRecord(
         role=Role.AGENT,
         address="",

@@ -1,8 +1,8 @@
-"""What can be wrong with what a training left behind.
+"""What can be wrong with the files of an earlier training.
 
 InvalidInput
-└── ResumeRefused         a run can't be gone on with as it is; nothing in it was changed
-    ├── OtherConfig         its checkpoints are of a training that was told something else
+└── ResumeRefused         a run can't be resumed; nothing in it was changed
+    ├── OtherConfig         its checkpoints are of a training with another configuration
     ├── NewerFormat         a later version of Vantage wrote them
     ├── JournalDamaged      a file that the checkpoint names is missing, cut off, or was written to
     └── NoWholeCheckpoint   there are checkpoints, and all of them are damaged
@@ -15,11 +15,11 @@ from protocol.errors import InvalidInput
 
 
 class ResumeRefused(InvalidInput):
-    """A run can't be gone on with as it is; nothing in it was changed."""
+    """A run can't be resumed; nothing in it was changed."""
 
 
 class OtherConfig(ResumeRefused):
-    """The checkpoints are of a training that was told something else."""
+    """The checkpoints are of a training with another configuration."""
 
 
 class NewerFormat(ResumeRefused):

@@ -1,4 +1,4 @@
-"""How well policies fly: all on the same scenes of test identities, from the same starts."""
+"""Evaluation of policies, all on the same scenes of test identities and from the same starts."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
@@ -19,7 +19,7 @@ def evaluate(
     """Let each policy fly the episodes of the seeds from `first_seed` on.
 
     Args:
-        on_step: is told after each step how many environment steps were flown in it; may raise to stop.
+        on_step: called after each step with the number of environment steps in it; may raise to stop.
     """
     first = config.evaluation.first_seed
     seeds = range(first, first + episodes)
@@ -46,7 +46,7 @@ def fly(
 
 
 def score(policy: str, flights: Sequence[Flight], success_threshold: float) -> PolicyScore:
-    """What one or more finished flights of a policy come to, with 95% intervals."""
+    """The scores of one or more finished flights of a policy, with 95% intervals."""
     successes = sum(succeeded(flight.outcome, flight.uncertainty, success_threshold) for flight in flights)
     return PolicyScore(
         policy=policy,

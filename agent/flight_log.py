@@ -1,4 +1,4 @@
-"""The finished flights of a training, as records and in the mean."""
+"""The finished flights of a training: their records, and means over the last ones."""
 
 import statistics
 from collections import deque
@@ -12,10 +12,10 @@ from agent.environment.flight import succeeded
 from protocol.records import Episode
 
 RECENT = 20
-"""How many of the last flights the means are over."""
+"""Number of last flights that the means are over."""
 
 SCRIPTED = "scripted"
-"""What the policy is called that fills the replay memory."""
+"""The name of the policy that fills the replay memory."""
 
 
 class FlightLog:
@@ -52,11 +52,11 @@ class FlightLog:
         return self.mean_return if len(own) == RECENT else None
 
     def state(self) -> dict[str, Any]:
-        """What the next records depend on, as plain values."""
+        """The state that the next records depend on, as plain values."""
         return {"count": self.count, "recent": msgspec.to_builtins(list(self._recent))}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state`."""
+        """Continue from a `state`."""
         self.count = state["count"]
         self._recent = deque(msgspec.convert(state["recent"], list[Episode]), maxlen=RECENT)
 

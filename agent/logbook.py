@@ -1,4 +1,4 @@
-"""Keeps count of a training: finished flights, speed, where the time goes; and sees to it that it is written down."""
+"""Counts a training's finished flights, throughput and seconds by stage, and writes them to the journal."""
 
 import statistics
 from collections import defaultdict
@@ -15,7 +15,7 @@ from protocol.config import RunConfig
 from protocol.records import Phase, Progress, Stage
 
 PROGRESS_EVERY = 1.0
-"""Seconds between two lines of progress; a step is not cut in two, so a slow one takes longer."""
+"""Seconds between two lines of progress; lines are written between steps, so a slow step takes longer."""
 
 
 class Clocks(Struct, frozen=True):
@@ -26,7 +26,7 @@ class Clocks(Struct, frozen=True):
 
 
 class Logbook:
-    """One training's. `begin` a phase, then `enter` each step of it."""
+    """The logbook of one training. `begin` a phase, then `enter` each step of it."""
 
     def __init__(self, journal: Journal, config: RunConfig, clocks: Clocks) -> None:
         self.flights = FlightLog(config.environment.success_threshold)
@@ -39,7 +39,7 @@ class Logbook:
         self.begin("prefill", "", 0)
 
     def begin(self, phase: Phase, policy: str, steps: int, *, done: int = 0) -> None:
-        """A phase of so many environment steps, some of them perhaps done, flown by the policy of that name."""
+        """Begin a phase of `steps` environment steps, `done` of them done, flown by the policy of that name."""
         self._phase: Phase = phase
         self._policy = policy
         self._steps = steps
@@ -63,7 +63,7 @@ class Logbook:
             self.write_progress()
 
     def write_progress(self) -> None:
-        """Say where the training stands."""
+        """Write a line on how far the training is."""
         self._written = self._clocks.steady()
         self._journal.progress(
             Progress(
@@ -85,7 +85,7 @@ class Logbook:
         return self._flown
 
     def state(self) -> dict[str, Any]:
-        """What later records depend on, as plain values; of the phase under way, `begin` tells again."""
+        """The state that later records depend on, as plain values; the phase under way comes with `begin` again."""
         return {
             "flights": self.flights.state(),
             "flown": self._flown,
@@ -97,7 +97,7 @@ class Logbook:
         return self._stages.state()
 
     def restore(self, state: dict[str, Any], stage_times: Mapping[Stage, list[float]]) -> None:
-        """Go on from a `state`; then `begin` the phase that was under way."""
+        """Continue from a `state`; then `begin` the phase that was under way."""
         self.flights.restore(state["flights"])
         self._flown = state["flown"]
         self._gathered = defaultdict(list, state["gathered"])

@@ -15,12 +15,12 @@ _BUCKETS = (0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0)
 
 
 class TrainingMetrics(Collector):
-    """Watches a training or an evaluation, and tells how it goes.
+    """The metrics of a training or an evaluation.
 
     Args:
-        checkpoints: the directory of the run's checkpoints; it need not be there.
+        checkpoints: the directory of the run's checkpoints; it may be missing.
         updates: the learner's updates so far; None where nothing is learned.
-        clock: one that nobody sets.
+        clock: a steady one.
         wall_clock: seconds since 1970, as files have them; asked once, for the checkpoint of an earlier process.
     """
 
@@ -43,11 +43,11 @@ class TrainingMetrics(Collector):
 
     @property
     def has_begun(self) -> bool:
-        """Whether it has said how far it is."""
+        """Whether the agent has reported progress."""
         return self._last is not None
 
     def progress(self, record: Progress) -> None:
-        """So far it is."""
+        """Take in how far the agent is."""
         if record.phase != "done":
             # Another dictionary each time: the thread that collects may be reading this one.
             self._steps = {**self._steps, record.phase: record.step}
@@ -55,7 +55,7 @@ class TrainingMetrics(Collector):
 
     @contextmanager
     def checkpoint(self) -> Generator[None]:
-        """Take the time of a checkpoint; of one that fails, none."""
+        """Measure the time of a checkpoint, unless it fails."""
         begun = time.perf_counter()
         yield
         self._writing.observe(time.perf_counter() - begun)
@@ -87,7 +87,7 @@ def _of_progress(progress: Progress) -> Iterator[Metric]:
 
 
 def checkpoint_age(directory: Path, now: float) -> float | None:
-    """Seconds since the newest checkpoint in a directory was written, whoever wrote it; None where there is none."""
+    """Seconds since the newest checkpoint in a directory was written, by any process; None where there is none."""
     written: list[float] = []
     for path in directory.glob("step-*"):
         try:

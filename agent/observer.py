@@ -1,6 +1,6 @@
-"""Who watches a training or an evaluation from within its process, such as its metrics: all that the agent knows of it.
+"""An observer of a training or an evaluation within its process, such as its metrics.
 
-It is told, and never asked: what it does can't change what is learned.
+The agent calls it and never asks it: an observer can't change what is learned.
 """
 
 from contextlib import AbstractContextManager, nullcontext
@@ -13,7 +13,7 @@ class Observer(Protocol):
     """Called by the thread that flies, so it neither waits nor raises."""
 
     def progress(self, record: Progress) -> None:
-        """So far it is; told about once a second."""
+        """Called about once a second with how far the agent is."""
         ...
 
     def checkpoint(self) -> AbstractContextManager[None]:
@@ -21,7 +21,7 @@ class Observer(Protocol):
         ...
 
 
-class _Nobody:
+class _NoObserver:
     def progress(self, record: Progress) -> None:
         pass
 
@@ -29,5 +29,5 @@ class _Nobody:
         return nullcontext()
 
 
-NOBODY: Observer = _Nobody()
-"""Watches nothing."""
+NO_OBSERVER: Observer = _NoObserver()
+"""An observer that does nothing."""

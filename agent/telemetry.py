@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from agent.connections import Connections
-from agent.observer import NOBODY, Observer
+from agent.observer import NO_OBSERVER, Observer
 from protocol.observer import Turning
 from protocol.telemetry.endpoint import Endpoint
 from protocol.telemetry.info import About, Info, info
@@ -58,7 +58,7 @@ def agent_telemetry(
         Unavailable: a library that this needs is not installed.
     """
     if at is None:
-        yield NOBODY
+        yield NO_OBSERVER
         return
     with needs_libraries():
         # Only here: who is not to serve this does not load it.

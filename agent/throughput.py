@@ -1,4 +1,4 @@
-"""How fast a training goes, over the last few seconds."""
+"""The throughput of a training over the last few seconds."""
 
 from collections import deque
 from collections.abc import Callable
@@ -11,7 +11,7 @@ class Throughput:
     """Counts steps against a clock in seconds.
 
     Args:
-        done: steps done before, in no time that is known.
+        done: steps done before, in unknown time.
     """
 
     def __init__(self, clock: Callable[[], float], done: int = 0) -> None:
@@ -19,7 +19,7 @@ class Throughput:
         self._marks = deque([(clock(), done)])
 
     def reached(self, step: int) -> None:
-        """Note how many steps are done in all."""
+        """Record the number of steps done in all."""
         now = self._clock()
         self._marks.append((now, step))
         while len(self._marks) > 2 and self._marks[1][0] <= now - _WINDOW:

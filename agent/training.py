@@ -1,11 +1,11 @@
-"""The loop: learn while the pictures of a step are under way, receive some, act on them and send them on, observe.
+"""The training loop: learn while the estimates of a step are under way, receive some, act on them, send, observe.
 
-What is learned in a step comes from the transitions up to the step before, however fast the workers are. So a training
-depends on its configuration and its seed alone; and between two steps, `state` is all that it depends on.
+A step learns from the transitions up to the step before, however fast the workers are. So a training depends on its
+configuration and its seed alone; and between two steps, it depends on its state alone.
 
-Off policy, the drones fly on in two groups: one waits for its pictures while the other's are taken. So the workers have
-work while the agent decides, keeps its books and begins to learn. On policy, an action's step must be observed before
-the next one is chosen, so all drones wait for each other.
+Off policy, the drones fly on in two groups: one waits for its estimates while the other's are made. So the workers are
+busy while the agent acts, writes its records and begins to learn. On policy, an action's step must be observed before
+the next action is chosen, so all drones wait for each other.
 """
 
 import logging
@@ -32,7 +32,7 @@ from agent.learning.learner import Learner, Transition
 from agent.learning.learner import Statistics as Losses
 from agent.learning.policies import Policy, scripted
 from agent.logbook import Clocks, Logbook
-from agent.observer import NOBODY, Observer
+from agent.observer import NO_OBSERVER, Observer
 from protocol.arrays import Float32Array
 from protocol.client.dispatcher import Statistics as CallStatistics
 from protocol.config import RunConfig
@@ -43,11 +43,11 @@ from protocol.records import Phase, Summary
 _log = logging.getLogger(__name__)
 
 _TRIES = 10
-"""How often a checkpoint that could not be written is tried again until the next one is due."""
+"""Number of times that a failed checkpoint is tried again before the next one is due."""
 
 
 class Records(Struct, frozen=True, eq=False, kw_only=True):
-    """Where a training writes; `replay` is none where the learner has no replay memory."""
+    """The files that a training writes; `replay` is None where the learner has no replay memory."""
 
     run: Path
     journal: Journal
@@ -56,17 +56,17 @@ class Records(Struct, frozen=True, eq=False, kw_only=True):
 
 
 _GROUPS = 2
-"""Of drones that fly on together, off policy. It is part of what a training depends on: each draws its own noise."""
+"""Groups of drones that fly on together, off policy. A training's result depends on it: each group draws its noise."""
 
 
-class _UnderWay(Struct, frozen=True, eq=False):
+class _PendingStep(Struct, frozen=True, eq=False):
     """A step that was begun.
 
     Attributes:
-        actions: (n, 3) what is flown.
-        learned: once it was learned, what came of that.
-        learning: seconds that it took.
-        ahead: (k, 3) what the first drones fly in the step after it, as far as that was chosen.
+        actions: (n, 3) of the step.
+        learned: the losses, once the step was learned in.
+        learning: seconds that learning took.
+        ahead: (k, 3) actions of the first drones in the next step, as far as they were chosen.
     """
 
     actions: Float32Array
@@ -92,7 +92,7 @@ class Training:
         clocks: Clocks,
         stop: Callable[[], bool],
         failpoint: Failpoint = no_failpoint,
-        observer: Observer = NOBODY,
+        observer: Observer = NO_OBSERVER,
     ) -> None:
         self._config = config
         self._reach = failpoint
@@ -106,7 +106,7 @@ class Training:
         self._logbook = Logbook(records.journal, config, clocks)
         self._phase: Phase = "prefill" if learner.off_policy and config.training.prefill else "training"
         self._done = 0
-        self._under_way: _UnderWay | None = None
+        self._under_way: _PendingStep | None = None
         self._seconds = 0.0
         self._calls = CallStatistics()
         self._counted: Callable[[], CallStatistics] = CallStatistics
@@ -115,17 +115,17 @@ class Training:
         self._plan_checkpoint()
 
     def restore(self, checkpoint: Checkpoint) -> None:
-        """Go on from a checkpoint whose journals were cut back to it."""
+        """Resume from a checkpoint to which the journals were cut back."""
         state, measured = checkpoint.state(), checkpoint.measured()
         self._phase, self._done = state["loop"]["phase"], state["loop"]["done"]
         self._seconds = measured["seconds"]
         self._calls = msgspec.convert(measured["calls"], CallStatistics)
         if (under_way := state["loop"]["under_way"]) is not None:
-            self._under_way = _UnderWay(**under_way)
+            self._under_way = _PendingStep(**under_way)
         self._logbook.restore(state["logbook"], measured["stages"])
         self._env.restore(state["environment"])
         self._learner.load_weights(checkpoint.weights())
-        # After all that might draw: the generators of the process are the learner's.
+        # After everything that might draw: the learner restores the generators of the process.
         self._learner.restore(state["learner"])
         if self._records.replay is not None:
             self._learner.recall(self._records.replay.last(self._learner.memory_steps))
@@ -134,13 +134,13 @@ class Training:
         _log.info("going on after %d steps", self._logbook.flown)
 
     def run(self, calls: Callable[[], CallStatistics]) -> Summary:
-        """Train until all steps are flown, or `stop` says so; write a checkpoint, weights and a summary either way.
+        """Train until all steps are flown, or `stop` is true; write a checkpoint, weights and a summary either way.
 
         Args:
-            calls: what the connections to the workers have counted so far.
+            calls: returns the counts of the connections to the workers.
 
         Raises:
-            CallFailed: the workers are gone; what was flown so far is kept.
+            CallFailed: the workers are gone; the flown steps are kept.
         """
         self._counted = calls
         try:
@@ -164,7 +164,7 @@ class Training:
         self._fly(self._config.learner.algorithm, self._explore, training.steps)
 
     def _fly(self, name: str, policy: Policy, steps: int) -> bool:
-        """Let a policy fly for at least so many environment steps, and the learner learn from it; whether it did."""
+        """Fly a policy for at least `steps` environment steps and learn from it; returns whether it got that far."""
         _log.info("%s: %d of %d steps", self._phase, self._done, steps)
         self._logbook.begin(self._phase, name, steps, done=self._done)
         self._logbook.write_progress()
@@ -181,12 +181,12 @@ class Training:
         return self._done >= steps
 
     def _step(self, policy: Policy, *, last: bool) -> None:
-        """Fly a step, or one that failed once more, without choosing or learning again; begin the next but for `last`.
+        """Fly a step, and begin the next one unless it is the `last`; a failed step is repeated as it was chosen.
 
-        What was chosen and learned stands in `_under_way` before anything that may fail.
+        Chosen actions and losses are in `_under_way` before anything that may fail, and are not computed again.
         """
         observations = self._env.observations
-        step = self._under_way = self._under_way or _UnderWay(self._chosen(observations, policy))
+        step = self._under_way = self._under_way or _PendingStep(self._chosen(observations, policy))
         if not self._env.is_under_way:
             self._env.send(step.actions)
         step = self._under_way = self._learned(step)
@@ -194,15 +194,15 @@ class Training:
             for group in self._groups:
                 step = self._flown_on(step, policy, group)
         result = self._env.receive()
-        self._under_way = None if step.ahead is None else _UnderWay(step.ahead)
+        self._under_way = None if step.ahead is None else _PendingStep(step.ahead)
         transition = transition_of(observations, step.actions, result)
         self._learner.observe(transition)
         if self._records.replay is not None:
             self._records.replay.append(transition)
         self._logbook.enter(self._env.num_envs, result[-1], step.learned or {}, step.learning)
 
-    def _learned(self, step: _UnderWay) -> _UnderWay:
-        """The step once it was learned in."""
+    def _learned(self, step: _PendingStep) -> _PendingStep:
+        """The step after learning in it."""
         if step.learned is not None:
             return step
         begun = self._clocks.steady()
@@ -210,12 +210,12 @@ class Training:
         return replace(step, learned=learned, learning=self._clocks.steady() - begun)
 
     def _chosen(self, observations: Float32Array, policy: Policy) -> Float32Array:
-        """What all drones fly, chosen as it would have been ahead."""
+        """The actions of all drones, chosen group by group, as they would have been ahead."""
         flights = self._env.flights
         return np.concatenate([policy(observations[group], flights[group]) for group in self._groups])
 
-    def _flown_on(self, step: _UnderWay, policy: Policy, group: slice) -> _UnderWay:
-        """The step once a group of drones has its pictures and has begun the next one."""
+    def _flown_on(self, step: _PendingStep, policy: Policy, group: slice) -> _PendingStep:
+        """The step once a group of drones has its estimates and has begun the next step."""
         observations, flights = self._env.receive_first(group.stop)
         ahead = np.empty((0, ACTION_SIZE), np.float32) if step.ahead is None else step.ahead
         if len(ahead) < group.stop:
@@ -237,7 +237,7 @@ class Training:
         return summary
 
     def _keep(self) -> None:
-        """Write a checkpoint, unless there is one of this very step; without room for it, say so and try later."""
+        """Write a checkpoint, unless this step has one; if the disk has no room, warn and try later."""
         flown = self._logbook.flown
         if flown == self._kept or not self._env.flights:
             return
@@ -289,7 +289,7 @@ class Training:
         return self._done if self._phase == "training" else 0
 
     def _all_calls(self) -> CallStatistics:
-        """Those of the processes before as well."""
+        """The counts of this process and of earlier ones."""
         return total(self._calls, self._counted())
 
     def _summary(self) -> Summary:
@@ -319,13 +319,13 @@ class Training:
 
 
 def _groups(drones: int, count: int) -> list[slice]:
-    """All drones in so many groups of neighbours, none of them empty."""
+    """All drones in up to `count` groups of neighbours, none of them empty."""
     edges = [round(drones * number / count) for number in range(count + 1)]
     return [slice(first, end) for first, end in pairwise(edges) if first < end]
 
 
 def transition_of(observations: Float32Array, actions: Float32Array, result: StepResult) -> Transition:
-    """A step as learners take it; what follows a finished flight is its own last observation."""
+    """A step as learners take it; the next observation of a finished flight is its own last one."""
     following, rewards, terminated, truncated, infos = result
     following = following.copy()
     for index in np.flatnonzero(terminated | truncated):

@@ -2,10 +2,10 @@
 
     python -m benchmarks.bandwidth
 
-Render worker, perception workers and whoever asks for steps are real processes with keys on three hosts: network
-namespaces whose lines are rate limited by `tc`'s `tbf`, each in the direction away from its host. Needs Linux, root,
-`ip` and `tc`. One perception worker for each way in which frames travel; they take turns, so that what disturbs one
-disturbs all. A step is one `Observe`, with the filter of the step before; flights are one under way, or four at once.
+Render worker, perception workers and the client are real processes with keys on three hosts: network namespaces whose
+lines are rate limited by `tc`'s `tbf`, each in the direction away from its host. Needs Linux, root, `ip` and `tc`.
+Each way in which frames travel has a perception worker of its own; they take turns, so that a disturbance affects all.
+A step is one `Observe`, with the filter of the step before; one flight is under way, or four at once.
 Prints a Markdown table.
 """
 
@@ -38,7 +38,7 @@ from tests.protocol.security.deployment import Deployment
 
 RATES = {"no limit": "", "1 Gbit/s": "1gbit", "100 Mbit/s": "100mbit", "20 Mbit/s": "20mbit"}
 BURSTS = {"1gbit": "128kb", "100mbit": "16kb", "20mbit": "8kb"}
-"""What goes out at once after a pause: 1 to 3 ms at that rate, else a whole small frame would pass unlimited."""
+"""Bytes that go out at once after a pause: 1 to 3 ms at that rate, so that no small frame passes unlimited."""
 FLIGHTS = (1, 4)
 RENDER_PORT = 5601
 PATIENT = Timeouts(call=60.0, startup=120.0)
@@ -78,9 +78,9 @@ class Flight:
         return lambda: self._take(pending)
 
     def _take(self, pending: Pending[PoseEstimate]) -> PoseEstimate:
-        observation = pending.result()
-        self._filter = observation.filter
-        return observation
+        estimate = pending.result()
+        self._filter = estimate.filter
+        return estimate
 
 
 def legs(perceivers: Mapping[Encoding, Client], scenes: Sequence[Scene], seconds: float, longest: int) -> Iterator[Leg]:
@@ -102,8 +102,8 @@ def legs(perceivers: Mapping[Encoding, Client], scenes: Sequence[Scene], seconds
             yield Leg(encoding=encoding, flights=count, rate=rate, way=way, packing=packing)
 
 
-def _seconds(observation: PoseEstimate, *stages: str) -> float:
-    return sum(observation.timings.get(stage, 0.0) for stage in stages)
+def _seconds(estimate: PoseEstimate, *stages: str) -> float:
+    return sum(estimate.timings.get(stage, 0.0) for stage in stages)
 
 
 def fly(key: Path, addresses: Sequence[str], seconds: float, longest: int) -> list[Leg]:

@@ -1,14 +1,14 @@
-"""Who is taken for the person with a second one in the picture, and what that one does to the first one's quality.
+"""Which of two people in a picture is taken for the person, and how the other one changes the person's quality.
 
     python -m benchmarks.bystanders --frames 400
 
-Test scenes with one bystander and the same scenes without, seen from all around, 1.5 to 9 m away. Clear are views with
-the bystander in the picture and nobody hidden by them, in which the person was found without them. In these it is told
-whose the keypoints are: of a look at the whole frame; tracked, by the filter of a look a step before at the person
-alone; and tracked from a step before on which the bystander was there already, and the filter knew nobody yet.
+Test scenes with one bystander and the same scenes without, seen from all around, 1.5 to 9 m away. A view is clear if
+the bystander is in the picture and does not hide the person, and the person is found without the bystander. The tables
+tell whose keypoints are found in clear views: in the whole frame; tracked, with the filter of a view a step before of
+the person alone; and tracked from a view a step before with the bystander in it, where the filter knew no person yet.
 
-The table of quality, with and without `perception.mask`, is of looks at the whole frame: of the clear views in which
-the person was told from the bystander, the visible joints that were found at the same place in both.
+The table of quality, with and without `perception.mask`, is of whole frames: of the clear views in which the person was
+told from the bystander, the visible joints that were found at the same place in both.
 """
 
 import argparse
@@ -26,8 +26,9 @@ from rich.progress import track
 from benchmarks.machine import machine_kind
 from benchmarks.viewpoints import all_views
 from orchestrator.pictures.view import a_step_before, camera_at
-from perception_worker.look import WholeLook
-from perception_worker.networks.backend import open_look, open_network
+from perception_worker.detection import WholeFrameDetector
+from perception_worker.detection.choice import open_detector
+from perception_worker.networks.backend import open_network
 from perception_worker.networks.network import Network, NetworkOutput, People
 from perception_worker.perceive import Perceiver
 from protocol.arrays import BoolArray, Float64Array, UInt8Array
@@ -55,7 +56,7 @@ class View(NamedTuple):
     Attributes:
         alone, alone_masked, both, both_masked: whole, without the bystander and with them.
         tracked_alone, tracked, tracked_from_first: tracked, without the bystander; with them, who have just come; and
-            with them, who were there before anybody was known.
+            with them, who were there before any person was known.
     """
 
     scene: Scene
@@ -94,7 +95,7 @@ class Once:
         self._last: tuple[UInt8Array, NetworkOutput] | None = None
 
     def infer(self, rgb: UInt8Array) -> NetworkOutput:
-        """What the network gave or gives; raises as it does."""
+        """The network's output; that of the last picture is kept. Raises as the network does."""
         if self._last is None or not np.array_equal(self._last[0], rgb):
             self._last = rgb.copy(), self._network.infer(rgb)
         return self._last[1]
@@ -104,20 +105,20 @@ class Once:
         return self._network.decode(output)
 
 
-class Looker:
-    """Looks at scenes in all the ways that are compared: each whole picture is seen once, and judged twice."""
+class Perceivers:
+    """Perceive scenes in all the ways that are compared; the network runs once on each whole picture."""
 
     def __init__(self, renderer: Renderer, config: RunConfig) -> None:
-        whole = WholeLook(Once(open_network(config.perception)))
+        whole = WholeFrameDetector(Once(open_network(config.perception)))
         self._whole, self._masked = (
             Perceiver(whole, replace(config.perception, mask=mask)) for mask in ("none", "skeleton")
         )
         perception = settled(replace(config.perception, look="track"), config.profile)
-        self._tracking = Perceiver(open_look(perception), perception)
+        self._tracking = Perceiver(open_detector(perception), perception)
         self._renderer = renderer
         self._environment = config.environment
 
-    def look(self, scene: Scene, camera: Camera, rng: np.random.Generator) -> View:
+    def view(self, scene: Scene, camera: Camera, rng: np.random.Generator) -> View:
         """One view in all ways."""
         without = replace(scene, bystanders=())
         before = a_step_before(camera, self._environment, rng)
@@ -137,10 +138,10 @@ def views(frames: int) -> Iterator[View]:
     """Every view."""
     config, rng = RunConfig(), np.random.default_rng(0)
     with closing(open_renderer(config.render)) as renderer:
-        looker = Looker(renderer, config)
+        perceivers = Perceivers(renderer, config)
         for seed, viewpoint in zip(range(frames), all_views(seed=0, farthest=9.0), strict=False):
             scene = sample_scene(seed, "test", bystanders=1)
-            yield looker.look(scene, camera_at(viewpoint, scene, config.environment), rng)
+            yield perceivers.view(scene, camera_at(viewpoint, scene, config.environment), rng)
 
 
 def is_in_picture(view: View) -> bool:
@@ -156,12 +157,12 @@ def is_hiding(view: View) -> bool:
     return bool((view.alone.visible != view.both.visible).any())
 
 
-def is_of_person(camera: Camera, observation: PoseEstimate) -> bool:
+def is_of_person(camera: Camera, estimate: PoseEstimate) -> bool:
     """Whether the keypoints are the person's, and not the bystander's or nobody's."""
-    truth = _truth(observation)
+    truth = _truth(estimate)
     pixels = project(truth, camera)
     height = camera.intrinsics.fy * truth[Joint.NOSE, 2] / pixels[Joint.NOSE, 2]
-    away = np.linalg.norm(observation.keypoints - pixels[:, :2], axis=1)
+    away = np.linalg.norm(estimate.keypoints - pixels[:, :2], axis=1)
     found = away[np.isfinite(away)]
     return len(found) > 0 and bool(np.median(found) < OWN_SHARE * height)
 
@@ -173,12 +174,12 @@ def compared_joints(view: View) -> BoolArray:
 
 
 def figures(
-    observations: Iterable[PoseEstimate], references: Iterable[PoseEstimate], joints: Sequence[BoolArray]
+    estimates: Iterable[PoseEstimate], references: Iterable[PoseEstimate], joints: Sequence[BoolArray]
 ) -> Figures:
-    """The figures over the chosen joints of each observation."""
+    """The figures over the chosen joints of each estimate."""
     rows = [
         np.stack([one.mass, reference.mass, one.quality, np.linalg.norm(one.points - _truth(one), axis=1)])[:, chosen]
-        for one, reference, chosen in zip(observations, references, joints, strict=True)
+        for one, reference, chosen in zip(estimates, references, joints, strict=True)
     ]
     mass, reference, quality, error = np.concatenate(rows, axis=1)
     located = np.isfinite(error)
@@ -192,23 +193,23 @@ def figures(
     )
 
 
-def _truth(observation: PoseEstimate) -> Float64Array:
-    if observation.joints is None:
-        raise ValueError("the observation came without the truth that was asked for")
-    return observation.joints
+def _truth(estimate: PoseEstimate) -> Float64Array:
+    if estimate.joints is None:
+        raise ValueError("the estimate came without the truth that was asked for")
+    return estimate.joints
 
 
 def whose(views: Sequence[View], way: str) -> str:
     """Of clear views, whose the keypoints are in one of the ways."""
     seen = [(view.camera, getattr(view, way)) for view in views]
-    nobody = sum(not np.isfinite(observation.keypoints).any() for _, observation in seen)
-    own = sum(is_of_person(camera, observation) for camera, observation in seen)
+    nobody = sum(not np.isfinite(estimate.keypoints).any() for _, estimate in seen)
+    own = sum(is_of_person(camera, estimate) for camera, estimate in seen)
     other = len(seen) - own - nobody
     return f"{own / len(seen):.1%} | {other / len(seen):.1%} | {nobody / len(seen):.1%}"
 
 
 def report(found: Sequence[View]) -> Iterator[str]:
-    """What was seen, line by line."""
+    """The table of keypoints, line by line."""
     in_picture = [view for view in found if is_in_picture(view) and not is_hiding(view)]
     clear = [view for view in in_picture if is_of_person(view.camera, view.alone)]
     clear_tracked = [view for view in in_picture if is_of_person(view.camera, view.tracked_alone)]
@@ -224,16 +225,16 @@ def report(found: Sequence[View]) -> Iterator[str]:
 
 
 def quality_report(found: Sequence[View], compared: Sequence[View]) -> Iterator[str]:
-    """What the bystander does to the quality in the views that are compared, line by line."""
+    """The table of the bystander's effect on quality, line by line."""
     joints = [compared_joints(view) for view in compared]
     alone = [view.alone for view in compared]
     yield "\n| | mass | its shift | shifted by over 0.1 | quality | ρ with the error |\n|---|---:|---:|---:|---:|---:|"
-    for name, observations in (
+    for name, estimates in (
         ("alone", alone),
         ('with a bystander, `mask = "none"`', [view.both for view in compared]),
         ('with a bystander, `mask = "skeleton"`', [view.both_masked for view in compared]),
     ):
-        row = figures(observations, alone, joints)
+        row = figures(estimates, alone, joints)
         yield (
             f"| {name} | {row.mass:.3f} | {row.shift:.3f} | {row.shifted:.1%} | {row.quality:.3f} "
             f"| {row.correlation:.2f} |"
@@ -255,7 +256,7 @@ def main() -> None:
     # As the perception worker does.
     cv2.setNumThreads(1)
     found = list(
-        track(views(options.frames), total=options.frames, console=Console(stderr=True), description="looking")
+        track(views(options.frames), total=options.frames, console=Console(stderr=True), description="perceiving")
     )
     console.print(f"machine: {machine_kind()}", markup=False)
     for line in report(found):

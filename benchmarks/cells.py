@@ -1,10 +1,10 @@
-"""What quality would be at the cell that a joint's peak is in, in place of the cell that its keypoint falls into.
+"""Quality at the cell of a joint's peak, compared with quality at the cell that its keypoint falls into.
 
     python -m benchmarks.cells --scenes 500
     python -m benchmarks.cells --scenes 100 --look whole --width 80 --height 60
 
 Test scenes from all around, 1.5 to 9 m away, four pictures of each a step apart, the filter carried on, with both kinds
-of depth noise in turns. docs/decisions/0214 says what was made of it.
+of depth noise in turns. docs/decisions/0214 has the conclusion.
 """
 
 import argparse
@@ -25,11 +25,11 @@ from orchestrator.experiments.figures.correlation import pearson
 from orchestrator.pictures.view import a_step_before, camera_at
 from perception_worker import kalman
 from perception_worker.calibration.choice import open_calibration
+from perception_worker.detection import Detection, HeldPictures
+from perception_worker.detection.choice import open_detector
 from perception_worker.lifter import open_lifter
 from perception_worker.lifter.evidence import evidence_of
 from perception_worker.lifting import lift, windows_around, within_reach
-from perception_worker.look import HeldPictures, Sight
-from perception_worker.networks.backend import open_look
 from perception_worker.qoe import heatmap_cells, nearest_cells, quality_of_estimation
 from perception_worker.stopwatch import Stopwatch
 from protocol.arrays import Float64Array
@@ -59,7 +59,7 @@ class Rated(NamedTuple):
 
 
 class View(NamedTuple):
-    """A picture of somebody, rated both ways.
+    """A picture of a person, rated both ways.
 
     Attributes:
         error: (18,) metres of the surface in front, NaN where there is none.
@@ -74,39 +74,39 @@ class View(NamedTuple):
 
 
 class Pipeline:
-    """Looks at pictures and rates what is seen, as a worker of the `vantage` profile."""
+    """Rates the joints in pictures, as a worker of the `vantage` profile."""
 
     def __init__(self, look: str) -> None:
         self._config = settled(replace(PerceptionConfig(), look=look), "vantage")
         self._surface = replace(self._config, lifting="nearest")
-        self._look = open_look(self._config)
+        self._detector = open_detector(self._config)
         self._lifter = open_lifter(self._config)
         self._calibration = open_calibration(self._surface)
 
-    def view(self, identity: int, frame: Frame, state: FilterState) -> tuple[View, FilterState]:
+    def view(self, identity: int, frame: Frame, filter_state: FilterState) -> tuple[View, FilterState]:
         """A picture rated both ways, and the filter after it."""
-        sight = self._look.look(HeldPictures(frame), state, Stopwatch(lambda: 0.0))
-        size = _map_size(sight)
-        inside = sight.region.inside(sight.keypoints)
-        cell = np.array(sight.region.shape[::-1]) / np.array(size[::-1])
-        by_keypoint = heatmap_cells(inside, sight.region.shape, size)
+        detection = self._detector.detect(HeldPictures(frame), filter_state, Stopwatch(lambda: 0.0))
+        size = detection.map_size
+        inside = detection.region.inside(detection.keypoints)
+        cell = np.array(detection.region.shape[::-1]) / np.array(size[::-1])
+        by_keypoint = heatmap_cells(inside, detection.region.shape, size)
         by_peak = nearest_cells((inside + 0.5) / cell - 0.5, size)
-        windows = windows_around(frame.depth, frame.area.inside(sight.keypoints))
-        surface = within_reach(lift(windows, sight.keypoints, frame.camera, "nearest"))
-        one, other = (self._rated(sight, frame, cells, surface, windows.spread) for cells in (by_keypoint, by_peak))
+        windows = windows_around(frame.depth, frame.area.inside(detection.keypoints))
+        surface = within_reach(lift(windows, detection.keypoints, frame.camera, "nearest"))
+        one, other = (self._rated(detection, frame, cells, surface, windows.spread) for cells in (by_keypoint, by_peak))
         truth = np.asarray(frame.joints)
         error = np.linalg.norm(surface - truth, axis=1)
-        return View(identity, error, truth, (one, other)), kalman.update(state, surface, one.combined)
+        return View(identity, error, truth, (one, other)), kalman.update(filter_state, surface, one.combined)
 
     def _rated(
-        self, sight: Sight, frame: Frame, cells: NDArray[np.int64], surface: Float64Array, spread: Float64Array
+        self, detection: Detection, frame: Frame, cells: NDArray[np.int64], surface: Float64Array, spread: Float64Array
     ) -> Rated:
-        others = nearest_cells(sight.others, _map_size(sight))
-        quality = quality_of_estimation(sight.output.heatmaps, cells, surface, others=others)
+        others = nearest_cells(detection.others, detection.map_size)
+        quality = quality_of_estimation(detection.output.heatmaps, cells, surface, others=others)
         points, radius, calibrated = np.full((18, 3), np.nan), np.full(18, np.nan), np.full(18, np.nan)
         if self._lifter is not None:
-            told = evidence_of(frame.depth, frame.area.inside(sight.keypoints), frame.camera.intrinsics.fx)
-            lifted = self._lifter.lift(sight.keypoints, quality.height, told, frame.camera)
+            told = evidence_of(frame.depth, frame.area.inside(detection.keypoints), frame.camera.intrinsics.fx)
+            lifted = self._lifter.lift(detection.keypoints, quality.height, told, frame.camera)
             points, radius = lifted.points, lifted.radius
         if self._calibration is not None:
             calibrated = self._calibration.calibrate(
@@ -120,11 +120,6 @@ class Pipeline:
         return Rated(cells, quality.mass, quality.height, quality.combined, points, radius, calibrated)
 
 
-def _map_size(sight: Sight) -> tuple[int, int]:
-    _, rows, columns = sight.output.heatmaps.shape
-    return rows, columns
-
-
 def views(scenes: int, look: str, environment: EnvironmentConfig) -> Iterator[View]:
     """All pictures of all scenes, rated."""
     pipeline, rng = Pipeline(look), np.random.default_rng(0)
@@ -132,10 +127,10 @@ def views(scenes: int, look: str, environment: EnvironmentConfig) -> Iterator[Vi
         for seed, viewpoint in zip(range(scenes), all_views(seed=0, farthest=9.0), strict=False):
             scene = sample_scene(seed, "test", 0)
             camera = replace(camera_at(viewpoint, scene, environment), depth_noise=("none", "d435i")[seed % 2])
-            state = FilterState.initial((0.0, 0.0, environment.target_height))
+            filter_state = FilterState.initial((0.0, 0.0, environment.target_height))
             for _ in range(PICTURES):
                 frame = renderer.render(scene, camera, truth=True)
-                view, state = pipeline.view(scene.identity, frame, state)
+                view, filter_state = pipeline.view(scene.identity, frame, filter_state)
                 yield view
                 camera = a_step_before(camera, environment, rng)
 
@@ -166,7 +161,7 @@ def table(found: Sequence[View]) -> str:
 
 
 def _placed(found: Sequence[View], ways: list[list[Rated]]) -> list[str]:
-    """How far the lifter's points are off, and how many its radii hold."""
+    """The errors of the lifter's points, and the share that its radii hold."""
     truth = np.stack([view.truth for view in found])
     points = [np.stack([one.points for one in way]) for way in ways]
     placed = np.isfinite(points[0][..., 0]) & np.isfinite(points[1][..., 0])

@@ -1,9 +1,9 @@
-"""What checkpoints cost, and what it costs to go on from one, with much and with more in the replay memory.
+"""The cost of writing checkpoints and of resuming from one, with replay memories of several sizes.
 
     python -m benchmarks.checkpointing
 
 The memory and its journal are filled with made-up steps. Between two checkpoints come as many new steps as in a
-training of the default configuration; the share is of the time that these take in the loop, whose speed is given.
+training of the default configuration; the share is of the time of these steps in the loop, by its given throughput.
 """
 
 import argparse
@@ -42,39 +42,13 @@ class Cost(Struct, frozen=True, kw_only=True):
 
 
 def measure(directory: Path, transitions: int, checkpoints: int) -> Cost:
-    """Fill a memory of so many transitions, then write checkpoints as a training does, and go on from the last."""
+    """Fill a memory with `transitions`, write checkpoints as a training does, and resume from the last."""
     config = RunConfig(learner=LearnerConfig(sac=SacConfig(buffer_size=transitions)))
-    drones, every = config.environment.num_envs, config.training.checkpoint_every
-    learner = make_learner(config.learner, config.environment, seed=0)
-    store, rng = Checkpoints(directory / "checkpoints", config), np.random.default_rng(0)
-    with ReplayJournal(directory / REPLAY, drones) as journal:
-        episodes = AppendOnlyFile(directory / "episodes.jsonl")
-
-        def fly(steps: int) -> None:
-            for _ in range(steps):
-                transition = _made_up(rng, drones)
-                learner.observe(transition)
-                journal.append(transition)
-
-        def sync() -> Grown:
-            episodes.sync()
-            return Grown(episodes=episodes.mark, replay=journal.sync())
-
-        fly(transitions // drones)
-        journal.sync()
-        # Some updates, so that the optimisers have something to keep.
-        learner.updates = transitions - config.learner.sac.batch_size - 8
-        learner.learn()
-        seconds: list[float] = []
-        for number in range(checkpoints):
-            fly(every // drones)
-            step = transitions + (number + 1) * every
-
-            def keep(step: int = step) -> None:
-                store.write(_content(learner, step), sync)
-                save_weights(directory / FILE_NAME, learner.weights(), {})
-
-            seconds.append(_seconds_of(keep))
+    with ReplayJournal(directory / REPLAY, config.environment.num_envs) as journal:
+        trial = _Trial(directory, config, journal)
+        trial.fill(transitions)
+        every = config.training.checkpoint_every
+        seconds = [trial.checkpoint(transitions + (number + 1) * every) for number in range(checkpoints)]
     return Cost(
         transitions=transitions,
         checkpoints=seconds,
@@ -84,8 +58,49 @@ def measure(directory: Path, transitions: int, checkpoints: int) -> Cost:
     )
 
 
+class _Trial:
+    """A training whose steps are made up."""
+
+    def __init__(self, directory: Path, config: RunConfig, journal: ReplayJournal) -> None:
+        self._directory = directory
+        self._config = config
+        self._journal = journal
+        self._learner = make_learner(config.learner, config.environment, seed=0)
+        self._checkpoints = Checkpoints(directory / "checkpoints", config)
+        self._episodes = AppendOnlyFile(directory / "episodes.jsonl")
+        self._rng = np.random.default_rng(0)
+
+    def fill(self, transitions: int) -> None:
+        """Fill the memory and its journal."""
+        self._fly(transitions)
+        self._journal.sync()
+        # Some updates, so that the optimisers have something to keep.
+        self._learner.updates = transitions - self._config.learner.sac.batch_size - 8
+        self._learner.learn()
+
+    def checkpoint(self, step: int) -> float:
+        """Fly up to the next checkpoint; returns the seconds to write it."""
+        self._fly(self._config.training.checkpoint_every)
+        return _seconds_of(lambda: self._write(step))
+
+    def _fly(self, transitions: int) -> None:
+        drones = self._config.environment.num_envs
+        for _ in range(transitions // drones):
+            transition = _made_up(self._rng, drones)
+            self._learner.observe(transition)
+            self._journal.append(transition)
+
+    def _write(self, step: int) -> None:
+        self._checkpoints.write(_content(self._learner, step), self._sync)
+        save_weights(self._directory / FILE_NAME, self._learner.weights(), {})
+
+    def _sync(self) -> Grown:
+        self._episodes.sync()
+        return Grown(episodes=self._episodes.mark, replay=self._journal.sync())
+
+
 def resume(directory: Path, config: RunConfig) -> None:
-    """Verify all that the newest checkpoint names, and fill a learner from it."""
+    """Verify the files of the newest checkpoint, and fill a learner from it."""
     newest = Checkpoints(directory / "checkpoints", config).newest()
     if newest is None:
         return
@@ -134,10 +149,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.checkpointing", description=__doc__)
     parser.add_argument("--transitions", type=int, nargs="+", default=[100_000, 1_000_000])
     parser.add_argument("--checkpoints", type=int, default=40)
-    parser.add_argument("--pace", type=float, default=13.0, help="environment steps a second of the loop")
+    parser.add_argument("--steps-per-second", type=float, default=13.0, help="of the training loop")
     parser.add_argument("--in", dest="directory", type=Path, help="a directory on the disk to measure")
     options = parser.parse_args()
-    interval = RunConfig().training.checkpoint_every / options.pace
+    interval = RunConfig().training.checkpoint_every / options.steps_per_second
     console = Console(soft_wrap=True)
     console.print(f"machine: {machine_kind()}; a checkpoint each {interval:.1f} s")
     console.print(

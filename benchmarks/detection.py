@@ -1,10 +1,10 @@
-"""How many of the joints that a camera sees the pose network finds on our renders.
+"""The share of visible joints that the pose network finds on our renders.
 
     python -m benchmarks.detection --frames 200
 
-Test identities, 1.5 to 4 m away, the front half, each seen from a step before as well. A visible joint is found when
-its keypoint lies within 5% of the body's height in pixels, for which the true nose's height above the ground stands:
-stricter than the whole body's.
+Test identities, 1.5 to 4 m away, the front half, each seen from a step before as well. A visible joint is found if its
+keypoint lies within 5% of the body's height in pixels. The true nose's height above the ground stands for the body's,
+which makes the test stricter.
 """
 
 import argparse
@@ -61,23 +61,23 @@ class Detection(Struct, frozen=True):
     quality_of_hidden: float
 
 
-def finding(request: Observe, observation: PoseEstimate) -> Finding:
-    """Compare an observation with the truth that came with it.
+def finding(request: Observe, estimate: PoseEstimate) -> Finding:
+    """Compare an estimate with the truth that came with it.
 
     Raises:
         InvalidInput: no truth came.
     """
-    if observation.joints is None or observation.visible is None:
-        raise InvalidInput("the observation has no truth to compare it with")
-    truth = project(observation.joints, request.camera)
-    nose = observation.joints[Joint.NOSE]
+    if estimate.joints is None or estimate.visible is None:
+        raise InvalidInput("the estimate has no truth to compare it with")
+    truth = project(estimate.joints, request.camera)
+    nose = estimate.joints[Joint.NOSE]
     body_height = request.camera.intrinsics.fy * nose[2] / truth[Joint.NOSE, 2]
-    miss = np.linalg.norm(observation.keypoints - truth[:, :2], axis=1)
+    miss = np.linalg.norm(estimate.keypoints - truth[:, :2], axis=1)
     return Finding(
-        visible=observation.visible,
+        visible=estimate.visible,
         found=miss <= TOLERANCE * body_height,
-        swapped=_swapped(observation.keypoints, truth[:, :2]),
-        quality=observation.quality,
+        swapped=_swapped(estimate.keypoints, truth[:, :2]),
+        quality=estimate.quality,
     )
 
 

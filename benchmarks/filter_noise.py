@@ -1,9 +1,9 @@
-"""How much larger than a lifter's variance an observation's noise has to be, and how fast a filter forgets.
+"""The best factor from a lifter's variance to an observation's noise, and the best growth of process noise.
 
     python -m benchmarks.filter_noise runs/experiments/train/flights.parquet
 
 Replays the flights of `orchestrator experiment flights`, on train identities, with each pair of constants, and prints
-what the posterior comes to. `perception_worker.kalman` has the ones that were chosen.
+figures of the posterior. `perception_worker.kalman` has the chosen constants.
 """
 
 import argparse

@@ -1,10 +1,10 @@
-"""What frames cost packed: time and size of each way to pack, and what it does to the observation.
+"""The cost of packing frames: time and size of each way to pack, and its effect on the estimate.
 
     python -m benchmarks.frames --frames 100
 
 Frames of test identities, 1.5 to 4 m away, the front half, 640×480, with exact depth and with a D435i's. All ways take
-turns on each frame. Then the pose network looks at what came out. Prints Markdown tables. Ways whose library is not
-installed (lz4, qoi: no room needs them) are left out.
+turns on each frame. Then the pose is estimated in the unpacked frames. Prints Markdown tables. Ways whose library is
+not installed (lz4, qoi: no room needs them) are left out.
 """
 
 import argparse
@@ -40,11 +40,11 @@ from protocol.system.stop_request import stop_on_signals
 QUALITIES = (80, 90, 95)
 SUBSAMPLINGS = ("420", "444")
 Array = Any
-"""What cv2 and the other libraries take and give; their stubs know too little of it."""
+"""Arrays as cv2 and the other libraries take and give them; their stubs lack the types."""
 
 
 class Way(NamedTuple):
-    """How an array becomes bytes, and comes back."""
+    """A way to pack an array into bytes and to unpack it."""
 
     pack: Callable[[Array], Any]
     unpack: Callable[[Any], Array]
@@ -161,7 +161,7 @@ def _library(name: str) -> Any:
 
 
 def costs(ways: Mapping[str, Way], arrays: Sequence[AnyArray]) -> dict[str, Cost]:
-    """What each way costs; they take turns on each array."""
+    """The cost of each way; they take turns on each array."""
     tries: dict[str, list[tuple[float, float, int, bool]]] = {name: [] for name in ways}
     for array in arrays:
         for name, way in ways.items():
@@ -200,7 +200,7 @@ def cost_table(what: str, costs: Mapping[str, Cost]) -> str:
 
 
 class Effect(Struct, frozen=True):
-    """What a change to frames does to what is seen in them, over all frames and joints.
+    """The effect of a change to frames on the estimates, over all frames and joints.
 
     Attributes:
         shift: quantiles 0.5, 0.95 and 1 of how far keypoints move, in pixels.
@@ -262,7 +262,7 @@ def effect_table(effects: Mapping[str, Effect]) -> str:
 
 
 def changes(height: int, width: int) -> dict[str, Callable[[Frame], Frame]]:
-    """What frames are after each way that is meant to be seen through."""
+    """The frames after each way that is compared by its estimates."""
 
     def colours(way: Way) -> Callable[[Frame], Frame]:
         return lambda frame: replace(frame, rgb=np.ascontiguousarray(way.unpack(way.pack(frame.rgb))))
@@ -277,14 +277,14 @@ def changes(height: int, width: int) -> dict[str, Callable[[Frame], Frame]]:
 
 
 def effects(pair: WorkerPair, requests: Sequence[Observe], frames: Sequence[Frame]) -> dict[str, Effect]:
-    """What each change does to what the network makes of the frames."""
+    """The effect of each change on the estimates."""
     height, width = frames[0].depth.shape
     seen: dict[str, list[PoseEstimate]] = {}
     for name, change in changes(height, width).items():
         pairs = zip(requests, map(change, frames), strict=True)
         looks = [Perceive(frame=frame, filter=request.filter) for request, frame in pairs]
         seen[name] = list(pair.perceiver.map(looks))
-    return {name: effect(requests, seen["none"], observations) for name, observations in seen.items()}
+    return {name: effect(requests, seen["none"], estimates) for name, estimates in seen.items()}
 
 
 def rendered(pair: WorkerPair, requests: Sequence[Observe], noise: Any) -> list[Frame]:

@@ -1,11 +1,11 @@
-"""A coverage-guided hunt for messages that the codec or a worker's listener can't stand.
+"""Coverage-guided fuzzing of the codec and of a worker's listener.
 
     pip install -e '.[fuzz]'
     python -m benchmarks.fuzz_codec --seconds 600
 
-Bytes are split into parts and read as any peer's would be. A `ProtocolError` is the right answer to garbage; whatever
-else is raised is a finding, and so is a message that is read but comes back otherwise. The corpus is kept in the cache,
-so that the next run goes on where this one ended.
+Bytes are split into parts and decoded as a peer's would be. A `ProtocolError` is the right answer to garbage; any
+other exception is a finding, and so is a message that changes when it is encoded and decoded again. The corpus is kept
+in the cache, so that the next run continues from it.
 """
 
 import argparse
@@ -53,7 +53,7 @@ _LENGTH = struct.Struct("<H")
 
 
 class NotTheSame(Exception):
-    """What was read and written again is another message."""
+    """A message that was decoded, encoded and decoded again is another one."""
 
 
 class FedListener(Listener):
@@ -72,13 +72,13 @@ class FedListener(Listener):
 
 
 class Target:
-    """What is fuzzed: the codec and a listener, on the same parts."""
+    """The target of the fuzzer: the codec and a listener, on the same parts."""
 
     def __init__(self, findings: Path) -> None:
         self._findings = findings
         self._context: Context = zmq.Context()
         self._socket = self._context.socket(zmq.ROUTER)
-        # Nobody is connected: each reply is encoded, handed to the socket and refused there.
+        # No client is connected: each reply is encoded, handed to the socket and refused there.
         self._socket.set(zmq.ROUTER_MANDATORY, 1)
         self._listener = self._new_listener()
 
@@ -136,7 +136,7 @@ def split(data: bytes) -> list[bytes]:
 
 
 def join(parts: Sequence[bytes]) -> bytes:
-    """What `split` splits."""
+    """The inverse of `split`."""
     return b"".join(_LENGTH.pack(len(part)) + part for part in parts)
 
 

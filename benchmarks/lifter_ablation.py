@@ -1,11 +1,11 @@
-"""What each thing that a lifter is told is worth, and what wide poses are: fits without it, on the same views.
+"""Ablations of a lifter: fits without each of its inputs, and without wide poses, on the same views.
 
     python -m benchmarks.lifter_ablation runs/lifter/views.parquet
     python -m benchmarks.lifter_ablation runs/lifter/views.parquet --without height up     # on another core
 
 Prints the mean error of joints on people whom no fit has seen, by whether the joint was found and by their poses; no
-joint's counts as more than 0.5 m, so that the few frames in which all is lost do not decide. *Like a flight's*:
-somebody alone, in full view, 1.5 to 9 m away, in one of the eight kinds. Fits are smaller than the one that ships:
+joint's error counts as more than 0.5 m, so that the few frames in which all is lost do not decide. *Like a flight's*:
+one person alone, in full view, 1.5 to 9 m away, in one of the eight kinds. Fits are smaller than the one that ships:
 compare them with each other.
 """
 

@@ -1,14 +1,14 @@
-"""Where a step's time goes: each stage alone, then all of them in the running loop, and the bound on that.
+"""The time of a step: each stage alone, all of them in the running loop, and the bound on the loop's throughput.
 
     python -m benchmarks.loop
     python -m benchmarks.loop --against ../another-checkout --rounds 3
 
 Alone: one request under way in the whole system, and one gradient update at a time. In the loop: a real training by
-`orchestrator train`, where the stages of several flights overlap and share the cores. The bound is what the cores would
-do if they did nothing but the stages, and those took no longer than alone. Prints Markdown tables.
+`orchestrator train`, where the stages of several flights overlap and share the cores. The bound is the throughput of
+cores that do nothing but the stages, with each stage as fast as alone. Prints Markdown tables.
 
 With `--against`, another checkout's loop takes turns with ours: each with its own rooms and its own configuration, by
-this interpreter. The stages alone are measured of both, by our means.
+this interpreter. The stages alone are measured of both, by our code.
 """
 
 import argparse
@@ -70,13 +70,13 @@ class Checkout(Struct, frozen=True):
             return None
 
     def loop(self, config: Path) -> TrainingReport:
-        """What a training says of itself at its end."""
+        """The summary of a training."""
         with tempfile.TemporaryDirectory() as directory:
             command = ("-m", "orchestrator", "train", str(config), "--json", "--no-evaluate")
             return msgspec.json.decode(self._run(*command, "--run", f"{directory}/run"), type=TrainingReport)
 
     def _run(self, *command: str) -> bytes:
-        """What an interpreter prints that finds this checkout's modules before any others."""
+        """The output of an interpreter that imports this checkout's modules before any others."""
         path = os.pathsep.join(filter(None, (str(self.directory), os.environ.get("PYTHONPATH"))))
         # Safe path: else a script's own folder would come before all of these.
         environment = os.environ | {"PYTHONPATH": path, "PYTHONSAFEPATH": "1"}
@@ -140,7 +140,7 @@ def rounds_table(own: Measured, other: Measured) -> str:
 
 
 def loop_lines(measured: Measured, cores: int) -> str:
-    """How quick the loop was, and how near to its bound."""
+    """The throughput of the loop, and its share of the bound."""
     rounds, alone = measured.rounds, measured.alone
     speeds = ", ".join(f"{speed:.2f}" for speed in measured.speeds)
     said = (

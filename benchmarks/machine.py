@@ -1,4 +1,4 @@
-"""What kind of machine a figure was measured on."""
+"""The kind of machine that a figure was measured on."""
 
 import os
 import platform

@@ -1,8 +1,8 @@
-"""Do the workers grow? One of each, alone and unharmed, asked for one new scene after another.
+"""The memory of workers over time: one of each, without faults, with a new scene for each request.
 
     python -m benchmarks.memory --scenes 1000
 
-Prints a Markdown table of what each says of its memory in its pongs.
+Prints a Markdown table of the memory that each reports in its pongs.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""Is a part of a picture what the whole picture shows there, and what does it cost?
+"""Parts of pictures compared with the whole picture, to the byte, and their cost.
 
     python -m benchmarks.parts --views 500
 
@@ -38,7 +38,7 @@ SIDES = (240, 300, 360, 420)
 
 
 class Pair(Struct, frozen=True):
-    """A picture drawn whole and in part: whether they say the same, and seconds that each took."""
+    """A picture drawn whole and in part: whether they are the same, and the seconds of each."""
 
     same_bytes: bool
     same_truth: bool
@@ -108,7 +108,7 @@ def _drawn(renderer: Renderer, request: Render) -> Frame:
 
 
 def row(name: str, pairs: Sequence[Pair]) -> str:
-    """How many are the same, and medians in milliseconds."""
+    """The number of equal pairs, and medians in milliseconds."""
     whole, part = (1e3 * statistics.median(getattr(pair, kind) for pair in pairs) for kind in ("whole", "part"))
     ratio = statistics.median(pair.part / pair.whole for pair in pairs)
     same_bytes, same_truth = (sum(getattr(pair, kind) for pair in pairs) for kind in ("same_bytes", "same_truth"))

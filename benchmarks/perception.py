@@ -1,10 +1,10 @@
-"""Perception's stages, the two looks, and the pose networks against each other (the thesis's table 2.1 on our renders).
+"""Perception's stages, its two detectors, and its pose networks compared (the thesis's table 2.1 on our renders).
 
     python -m benchmarks.perception --frames 600
 
 Views of test identities, 1.5 to 9 m away, from all around, and each from where the drone would have been a step before;
-every network looks at the same ones, and `track` goes on from the filter that its look a step before has made. Times
-are of one thread unless a column says two; all networks take turns on each view, so that other work on the machine
+every network gets the same ones, and `track` continues from the filter of its own view a step before. Times are of
+one thread unless a column says two; all networks take turns on each view, so that other work on the machine
 slows them alike. Prints Markdown tables. Networks that were not pulled are left out.
 """
 
@@ -23,13 +23,14 @@ from rich.console import Console
 from rich.progress import Progress
 
 from benchmarks.machine import machine_kind
-from benchmarks.pose_quality import BANDS, Correlation, Estimate, Figures, View, estimate, figures
+from benchmarks.pose_quality import BANDS, Comparison, Correlation, Figures, View, compare, figures
 from benchmarks.viewpoints import all_views, observe_requests, requests_before
 from orchestrator.monitoring.live_display import open_display
 from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
+from perception_worker.detection import HeldPictures
+from perception_worker.detection.choice import open_detector
 from perception_worker.lifter import open_lifter
-from perception_worker.look import HeldPictures
-from perception_worker.networks.backend import open_look, open_network
+from perception_worker.networks.backend import open_network
 from perception_worker.networks.network import Network
 from perception_worker.perceive import Perceiver
 from perception_worker.worker import with_lifter_at_hand
@@ -68,7 +69,7 @@ OTHERS: dict[str, PerceptionConfig] = {
 }
 
 NETWORKS: dict[str, PerceptionConfig] = {WHOLE: _WHOLE, TRACK: _TRACK, **SIZES, **OTHERS}
-"""What each row of the tables is."""
+"""The rows of the tables."""
 
 ENGINES: dict[str, dict[str, object]] = {
     "OpenVINO, 1 thread": {"backend": "openvino", "threads": 1},
@@ -91,13 +92,13 @@ class Moment(NamedTuple):
 
 
 class Seen(Struct, frozen=True, eq=False):
-    """What one network made of a view.
+    """One network's result for a view.
 
     Attributes:
         searched: whether it looked at the whole frame.
     """
 
-    estimate: Estimate
+    comparison: Comparison
     timings: Mapping[str, float]
     searched: bool
 
@@ -138,25 +139,25 @@ def pulled_networks(names: Mapping[str, PerceptionConfig], console: Console) -> 
     return found
 
 
-def look(perceiver: Perceiver, moment: Moment) -> Seen:
-    """What a network makes of a view, with the filter that its look a step before has made."""
+def seen(perceiver: Perceiver, moment: Moment) -> Seen:
+    """A network's estimate of a view, with the filter of its own view a step before."""
     before = perceiver.perceive(moment.before, moment.view.request.filter)
     pictures = Noted(moment.frame)
-    observation = perceiver.observe(pictures, before.filter)
-    return Seen(estimate(moment.view, observation), observation.timings, pictures.searched)
+    estimate = perceiver.observe(pictures, before.filter)
+    return Seen(compare(moment.view, estimate), estimate.timings, pictures.searched)
 
 
-def looks(
+def seen_by_all(
     configs: Mapping[str, PerceptionConfig], profile: Profile, views: Iterator[Moment], pictures: list[UInt8Array]
 ) -> dict[str, list[Seen]]:
-    """What every network makes of every view; the first pictures are kept for `speeds`."""
+    """The results of every network for every view; the first pictures are kept for `speeds`."""
     perceivers = {name: _perceiver(settled(config, profile)) for name, config in configs.items()}
     found: dict[str, list[Seen]] = {name: [] for name in configs}
     for moment in views:
         if len(pictures) < PICTURES_TIMED:
             pictures.append(moment.frame.rgb)
         for name, perceiver in perceivers.items():
-            found[name].append(look(perceiver, moment))
+            found[name].append(seen(perceiver, moment))
     return found
 
 
@@ -164,7 +165,7 @@ def _perceiver(config: PerceptionConfig) -> Perceiver:
     """With the lifter that ships for the network, where one does."""
     chosen = with_lifter_at_hand(config)
     lifter = open_lifter(chosen) if chosen.lifting == "learned" else None
-    return Perceiver(open_look(chosen), chosen, lifter=lifter)
+    return Perceiver(open_detector(chosen), chosen, lifter=lifter)
 
 
 def speeds(networks: Mapping[str, PerceptionConfig], pictures: Sequence[UInt8Array], progress: Progress) -> Seconds:
@@ -184,7 +185,7 @@ def speeds(networks: Mapping[str, PerceptionConfig], pictures: Sequence[UInt8Arr
 
 
 def _of_look(config: PerceptionConfig) -> PerceptionConfig:
-    region = {"rows": config.region_height, "columns": config.region_width}
+    region = {"input_height": config.region_height, "input_width": config.region_width}
     return config if config.look == "whole" else replace(config, **region)
 
 
@@ -214,7 +215,7 @@ def speed_table(seconds: Seconds) -> str:
 
 
 def picture_table(by_network: Mapping[str, Sequence[Seen]]) -> str:
-    """What each network finds in the picture, how far off in space, and how long it takes, a row each."""
+    """The joints that each network finds, its errors in space, and its time, a row each."""
     head = f"| network | infer: median, mean, ms | joints found /18 | right in the picture | {' | '.join(BANDS)} | "
     head += "joint error: median, mean, m | nobody | looked at whole |"
     return "\n".join(
@@ -232,7 +233,7 @@ def _picture_row(name: str, seen: Sequence[Seen]) -> str:
 
 
 def trust_table(by_network: Mapping[str, Sequence[Seen]]) -> str:
-    """How far each network's quality tells its errors, and what it takes for what, a row each."""
+    """The correlation of each network's quality with its errors, and its confusions, a row each."""
     head = "| network | ρ | ρ, clipped at 1 m | left–right swaps | faces on backs |"
     return "\n".join([head, "|---|---:|---:|---:|---:|", *map(_trust_row, *_unzip(by_network))])
 
@@ -244,7 +245,7 @@ def _trust_row(name: str, seen: Sequence[Seen]) -> str:
 
 
 def _figures(seen: Sequence[Seen]) -> Figures:
-    return figures([each.estimate for each in seen])
+    return figures([each.comparison for each in seen])
 
 
 def _unzip(by_network: Mapping[str, Sequence[Seen]]) -> tuple[list[str], list[Sequence[Seen]]]:
@@ -266,8 +267,8 @@ def measure(frames: int, profile: Profile, names: Mapping[str, PerceptionConfig]
         worker_pair(config, display=display, stop=stop) as pair,
         Progress(console=console) as progress,
     ):
-        views = progress.track(moments(pair, frames, config), frames, description="looking")
-        found = looks(networks, profile, iter(views), pictures)
+        views = progress.track(moments(pair, frames, config), frames, description="perceiving")
+        found = seen_by_all(networks, profile, iter(views), pictures)
         for name in islice(networks, 2):
             yield f"{name}, one thread:\n\n{stage_table([each.timings for each in found[name]])}"
         yield picture_table(found)

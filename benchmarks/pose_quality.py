@@ -1,4 +1,4 @@
-"""What a pose network is worth for the task: how much it finds, how far off, and whether its quality says so."""
+"""How good a pose network is for the task: the share it finds, its errors, and whether its quality tells them."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -17,7 +17,7 @@ BEHIND = 120.0
 """Degrees from the front; a camera further round sees no face."""
 
 MOST_ERROR = 1.0
-"""Metres at which an error is clipped, where it is: beyond, a joint is simply lost."""
+"""Metres at which an error is clipped, where it is: a joint farther off is lost."""
 
 _FACE = [Joint.NOSE, Joint.RIGHT_EYE, Joint.LEFT_EYE]
 
@@ -27,15 +27,15 @@ BANDS = {"under 3 m": (0.0, 3.0), "3 to 6 m": (3.0, 6.0), "beyond 6 m": (6.0, np
 
 
 class View(NamedTuple):
-    """What was asked for, and from how many degrees from the person's front and how many metres along the ground."""
+    """A request, its degrees from the person's front, and its metres along the ground."""
 
     request: Observe
     angle: float
     distance: float
 
 
-class Estimate(Struct, frozen=True, eq=False):
-    """One view's observation against its truth, (18,) each.
+class Comparison(Struct, frozen=True, eq=False):
+    """One view's estimate against its truth, (18,) each.
 
     Attributes:
         detected: in the picture.
@@ -93,20 +93,20 @@ class Figures(Struct, frozen=True):
     nobody: float
 
 
-def estimate(view: View, observation: PoseEstimate) -> Estimate:
-    """Compare an observation with the truth that came with it.
+def compare(view: View, estimate: PoseEstimate) -> Comparison:
+    """Compare an estimate with the truth that came with it.
 
     Raises:
         InvalidInput: no truth came.
     """
-    if observation.joints is None or observation.visible is None:
-        raise InvalidInput("the observation has no truth to compare it with")
-    found = finding(view.request, observation)
-    return Estimate(
-        detected=np.isfinite(observation.keypoints[:, 0]),
-        error=np.where(observation.inferred, np.nan, np.linalg.norm(observation.points - observation.joints, axis=1)),
-        uncertainty=1 - observation.quality,
-        visible=observation.visible,
+    if estimate.joints is None or estimate.visible is None:
+        raise InvalidInput("the estimate has no truth to compare it with")
+    found = finding(view.request, estimate)
+    return Comparison(
+        detected=np.isfinite(estimate.keypoints[:, 0]),
+        error=np.where(estimate.inferred, np.nan, np.linalg.norm(estimate.points - estimate.joints, axis=1)),
+        uncertainty=1 - estimate.quality,
+        visible=estimate.visible,
         right=found.found,
         swapped=found.swapped,
         behind=abs(view.angle) > BEHIND,
@@ -115,18 +115,18 @@ def estimate(view: View, observation: PoseEstimate) -> Estimate:
     )
 
 
-def figures(estimates: Sequence[Estimate]) -> Figures:
-    """Over all views; a figure that nothing was there for is NaN."""
+def figures(comparisons: Sequence[Comparison]) -> Figures:
+    """Over all views; a figure without data is NaN."""
     detected, error, visible, right, swapped = (
-        np.stack([getattr(one, name) for one in estimates])
+        np.stack([getattr(one, name) for one in comparisons])
         for name in ("detected", "error", "visible", "right", "swapped")
     )
-    behind, distance = np.array([one.behind for one in estimates]), np.array([one.distance for one in estimates])
-    bands = [(distance >= nearest) & (distance < farthest) for nearest, farthest in BANDS.values()]
+    behind = np.array([one.behind for one in comparisons])
+    bands = _bands(np.array([one.distance for one in comparisons]))
     located = error[np.isfinite(error)]
     face: BoolArray = np.any(detected[:, _FACE], axis=1)
     nobody: BoolArray = ~np.any(detected, axis=1)
-    raw, clipped = frame_correlations(estimates)
+    raw, clipped = frame_correlations(comparisons)
     return Figures(
         found=float(detected.sum(axis=1).mean()),
         right=_mean(right[visible]),
@@ -141,9 +141,13 @@ def figures(estimates: Sequence[Estimate]) -> Figures:
     )
 
 
-def frame_correlations(estimates: Sequence[Estimate], draws: int = 1000) -> tuple[Correlation, Correlation]:
+def _bands(distance: Float64Array) -> list[BoolArray]:
+    return [(distance >= nearest) & (distance < farthest) for nearest, farthest in BANDS.values()]
+
+
+def frame_correlations(comparisons: Sequence[Comparison], draws: int = 1000) -> tuple[Correlation, Correlation]:
     """Between a view's mean uncertainty and its mean error, over located joints: raw, and clipped at 1 m."""
-    located = [(one, np.isfinite(one.error)) for one in estimates]
+    located = [(one, np.isfinite(one.error)) for one in comparisons]
     some = [(one, there) for one, there in located if there.any()]
     means = np.array(
         [

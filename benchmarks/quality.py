@@ -1,12 +1,12 @@
-"""What decoding, the quality of estimation and its calibration in metres cost a frame, on one core.
+"""The cost of decoding, quality of estimation and its calibration in metres, for a frame on one core.
 
     python -m benchmarks.quality --frames 200 --bystanders 1
     python -m benchmarks.quality --against ../another-checkout
 
 Views of test scenes, 1.5 to 6 m away, from all around, are rendered and inferred first; then every stage takes its turn
-on every view. Times are of the thread's own work, which what else is on the machine lengthens less than the clock's;
-those are told as well. With `--against`, `decoding.py` and `qoe.py` of another checkout take turns with ours, and what
-they give is compared.
+on every view. Times are of the thread's own work, which other work on the machine lengthens less than the clock's;
+the clock's are printed as well. With `--against`, `decoding.py` and `qoe.py` of another checkout take turns with ours,
+and their results are compared.
 """
 
 import argparse
@@ -100,7 +100,7 @@ def _recorded(output: NetworkOutput, frame: Frame, camera: Camera) -> Recorded:
 
 
 def stages(decoder: Any = decoding, quality: Any = qoe) -> dict[str, Stage]:
-    """What is timed, by these modules or another checkout's."""
+    """The timed stages, by our modules or another checkout's."""
 
     def cells(view: Recorded) -> Any:
         map_size = view.output.heatmaps.shape[1:]
@@ -190,7 +190,7 @@ def _loaded(directory: Path, name: str) -> Any:
 
 
 def largest_difference(before: Mapping[str, Stage], views: Sequence[Recorded]) -> str:
-    """How far ours and the other checkout's results are apart, over all views."""
+    """The largest differences of our results from the other checkout's, over all views."""
     own, cells, quality = stages(), 0.0, 0.0
     for view in views:
         new, old = own["decode"](view).person, before["decode"](view)
@@ -218,7 +218,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     # As the perception worker does.
     cv2.setNumThreads(1)
     errors, console = Console(stderr=True), Console(soft_wrap=True)
-    views = list(track(recorded(options.frames, options.bystanders), "looking", options.frames, console=errors))
+    views = list(track(recorded(options.frames, options.bystanders), "perceiving", options.frames, console=errors))
     staged = ours()
     console.print(f"machine: {machine_kind()}; {len(views)} views, {options.bystanders} bystanders\n", markup=False)
     if options.against:

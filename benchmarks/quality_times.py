@@ -3,8 +3,8 @@
     python -m benchmarks.quality_times --plot docs/images/quality-times.png
 
 Views of test scenes are rendered, inferred and lifted first (`benchmarks.quality`); then the quality of each is
-computed in turn, in one process and one thread. The thesis says "within 5 ms". Times are of the thread's own work, as a
-machine's other work is none of the formula's; those by the clock are told as well.
+computed in turn, in one process and one thread. The thesis says "within 5 ms". Times are of the thread's own work,
+without the machine's other work; those by the clock are printed as well.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from orchestrator.experiments.pages.plots import write
 from protocol.arrays import Float64Array
 
 CLAIM = 5.0
-"""Milliseconds, of the thesis."""
+"""Milliseconds, the claim of the thesis."""
 
 
 class RunTimes(Struct, frozen=True, kw_only=True):
@@ -38,7 +38,7 @@ class RunTimes(Struct, frozen=True, kw_only=True):
 
 
 def run_times(milliseconds: Float64Array) -> RunTimes:
-    """What the times of many computations come to."""
+    """Statistics of the times of many computations."""
     return RunTimes(
         computations=len(milliseconds),
         median=float(np.quantile(milliseconds, 0.5)),
@@ -57,7 +57,7 @@ def told(found: RunTimes) -> str:
 
 
 def histogram(milliseconds: Float64Array) -> Picture:
-    """How often it took how long; both axes so that single long ones can be seen."""
+    """The histogram of times; its axes show single long ones."""
     found = run_times(milliseconds)
     picture = Picture(figsize=(7.0, 4.0), layout="constrained")
     place = picture.subplots()
@@ -93,7 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     # As the perception worker does.
     cv2.setNumThreads(1)
     errors, console = Console(stderr=True), Console(soft_wrap=True)
-    views = list(track(recorded(options.frames, 0), "looking", options.frames, console=errors))
+    views = list(track(recorded(options.frames, 0), "perceiving", options.frames, console=errors))
     rounds = -(-options.computations // len(views))
     seconds = timed({"qoe": ours()["qoe"]}, views, rounds)["qoe"]
     own, clock = (1e3 * np.array(times[: options.computations]) for times in seconds)

@@ -1,4 +1,4 @@
-"""What the death of a worker costs a step, with another worker of its kind running and without.
+"""The time that the death of a worker adds to a step, with another worker of its role running and without.
 
     python -m benchmarks.recovery
 
@@ -72,13 +72,13 @@ class Supervised:
         self._thread.join()
 
     def kill(self, name: str) -> int:
-        """Kill a worker; returns the number that it had."""
+        """Kill a worker; returns its process id."""
         pid = self._pid(name)
         os.kill(pid, signal.SIGKILL)
         return pid
 
     def is_replaced(self, name: str, pid: int) -> bool:
-        """Whether a worker other than the one of that number is ready under the name."""
+        """Whether a process other than `pid` is ready under the name."""
         return self._pid(name) != pid and self._supervisor.is_ready(name)
 
     def _pid(self, name: str) -> int:

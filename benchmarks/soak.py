@@ -1,4 +1,4 @@
-"""An hour of training under faults: does it go on, and does the memory of any process grow?
+"""An hour of training under faults: whether it continues, and whether the memory of a process grows.
 
     python -m benchmarks.soak --minutes 60
 

@@ -3,7 +3,7 @@
     python -m benchmarks.stages_alone
 
 Prints a line of JSON, for `benchmarks.loop`. Run as a file (`python -P benchmarks/stages_alone.py`) it measures the
-rooms of whichever checkout `PYTHONPATH` names, so that two are measured by the same means.
+rooms of the checkout that `PYTHONPATH` names, so that two are measured by the same code.
 """
 
 import argparse
@@ -33,7 +33,7 @@ from protocol.system.stop_request import stop_on_signals
 
 
 class StagesAlone(Struct, frozen=True):
-    """What one picture and one update cost.
+    """The cost of one picture and of one update.
 
     Attributes:
         seconds: median of each stage; of `learn`, that of one gradient update.
@@ -61,7 +61,7 @@ def _seconds_by_stage(pair: WorkerPair, config: RunConfig, requests: int, displa
     views = observe_requests(pair, front_views(seed=0), requests, config.environment, split="train")
     for done, request in enumerate(views):
         # Each scene twice: the first picture of a body also uploads it, which an episode does once in a hundred steps.
-        # And a filter that has seen the person is what a step sends; one that knows nobody may be looked up otherwise.
+        # A step sends a filter that has seen the person; one that knows no person may be detected otherwise.
         known = pair.perceiver.call(request).filter
         pending = pair.perceiver.submit(replace(request, filter=known))
         pending.result()
@@ -85,7 +85,7 @@ def _updates_alone(config: RunConfig, updates: int = 60) -> list[float]:
 
 
 class Updating(Protocol):
-    """What is timed of a learner."""
+    """The timed parts of a learner."""
 
     updates: int
 
@@ -127,7 +127,7 @@ def random_transition(rng: np.random.Generator, envs: int) -> Transition:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What is measured, and how long."""
+    """Add the options of the measurement."""
     parser.add_argument(
         "--config", type=Path, default=Path("configs/benchmark.toml"), help="relative to the checkout that runs it"
     )

@@ -1,9 +1,9 @@
-"""What it costs to carry a message to a worker and its answer back.
+"""The time to carry a message to a worker and its answer back.
 
     python -m benchmarks.transport
 
-Transport is what is left of a call's time when the worker's queueing and computing are taken off: coding, sockets and
-the threads' taking turns. One call under way at a time, over ipc to a process.
+Transport is a call's time without the worker's queueing and computing: coding, sockets and thread switches. One call
+is under way at a time, over ipc to a process.
 """
 
 import argparse
@@ -37,7 +37,7 @@ def transport_seconds(client: Client, request: Callable[[int], Request[Any]], ca
 
 
 def measure(pair: WorkerPair, config: RunConfig, calls: int) -> dict[str, list[float]]:
-    """A small message, a whole frame, and an observation, which leaves out the frame's own way."""
+    """A small message, a whole frame, and an estimate, which leaves out the frame's own way."""
     scene = pair.renderer.call(SampleScene(seed=0, split="train")).scene
     camera = camera_at(Viewpoint(), scene, config.environment)
     observe = Observe(scene=scene, camera=camera, filter=FilterState.initial())

@@ -1,10 +1,10 @@
-"""Whether a profile's observations are another checkout's, bit for bit.
+"""Whether a profile's estimates are another checkout's, bit for bit.
 
     python -m benchmarks.unchanged --against ../before --frames 200 --profile thesis
 
-Render and perception workers of both checkouts run as processes, and are asked the same: test scenes from all around,
-1.5 to 9 m away, a few pictures of each, the filter carried on, with both kinds of depth noise in turns. Everything that
-an observation has is compared but how long it took.
+Render and perception workers of both checkouts run as processes and get the same requests: test scenes from all around,
+1.5 to 9 m away, a few pictures of each, the filter carried on, with both kinds of depth noise in turns. Every field
+of an estimate is compared except its timings.
 """
 
 import argparse
@@ -70,19 +70,19 @@ def workers_of(checkout: Path, config: Path, directory: Path) -> Generator[Worke
 
 
 def requests(renderer: Client, frames: int, config: RunConfig) -> Iterator[Observe]:
-    """Pictures of scenes, a step apart, from the first one that no filter knows on."""
+    """Pictures of scenes, a step apart, each scene from its first one on."""
     rng, environment = np.random.default_rng(0), config.environment
     for seed, viewpoint in zip(range(-(-frames // PICTURES)), all_views(seed=0, farthest=9.0), strict=False):
         scene = renderer.call(SampleScene(seed=seed, split="test")).scene
         camera = replace(camera_at(viewpoint, scene, environment), depth_noise=("none", "d435i")[seed % 2])
-        nobody = FilterState.initial((0.0, 0.0, environment.target_height))
+        initial = FilterState.initial((0.0, 0.0, environment.target_height))
         for _ in range(PICTURES):
-            yield Observe(scene=scene, camera=camera, filter=nobody, truth=True, heatmaps=True)
+            yield Observe(scene=scene, camera=camera, filter=initial, truth=True, heatmaps=True)
             camera = a_step_before(camera, environment, rng)
 
 
 def differences(one: PoseEstimate, other: PoseEstimate) -> list[str]:
-    """The names of what two observations do not have the same, to the bit."""
+    """The names of the fields in which two estimates differ, to the bit."""
     here, there = _flat(asdict(one)), _flat(asdict(other))
     return sorted(name for name in here.keys() | there.keys() if here.get(name) != there.get(name))
 
@@ -100,16 +100,16 @@ def _flat(values: dict[str, object], prefix: str = "") -> dict[str, object]:
 
 
 def compare(ours: Workers, theirs: Workers, asked: Iterator[Observe]) -> Iterator[list[str]]:
-    """What differs in each observation, each asked of both with the filter that came of their last."""
-    states: list[FilterState] = []
+    """The fields that differ in each estimate, requested from both with the filter after their last."""
+    filter_states: list[FilterState] = []
     for number, request in enumerate(asked):
         if number % PICTURES == 0:
-            states = [request.filter] * 2
+            filter_states = [request.filter] * 2
         seen = [
-            workers.perceiver.call(replace(request, filter=state))
-            for workers, state in zip((ours, theirs), states, strict=True)
+            workers.perceiver.call(replace(request, filter=filter_state))
+            for workers, filter_state in zip((ours, theirs), filter_states, strict=True)
         ]
-        states = [one.filter for one in seen]
+        filter_states = [one.filter for one in seen]
         yield differences(*seen)
 
 
@@ -138,7 +138,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         found = list(track(compared, "comparing", options.frames, console=Console(stderr=True)))
     changed = [one for one in found if one]
     console.print(f"machine: {machine_kind()}", markup=False)
-    console.print(f"{len(found)} pictures, profile {options.profile}: {len(changed)} observations differ", markup=False)
+    console.print(f"{len(found)} pictures, profile {options.profile}: {len(changed)} estimates differ", markup=False)
     for one in changed[:5]:
         console.print(f"in {', '.join(one)}", markup=False)
     return 1 if changed else 0

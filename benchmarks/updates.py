@@ -1,9 +1,9 @@
-"""What learning costs, by the code of this checkout and by that of another.
+"""The time of learning, by the code of this checkout and by that of another.
 
     python -m benchmarks.updates --against ../before
 
 Each learns in a process of its own, from the default configuration and a replay memory of random transitions. They take
-turns, so that what else the machine does falls on both alike, and the times are of their threads, not of the clock.
+turns, so that other work on the machine affects both alike, and the times are of their threads, not of the clock.
 Prints a Markdown table.
 """
 

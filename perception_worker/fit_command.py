@@ -1,4 +1,4 @@
-"""`fit TABLE --output FILE` and `show [FILE]`, for whatever is fitted on people whose truth is known."""
+"""`fit TABLE --output FILE` and `show [FILE]`, for models fitted on people whose truth is known."""
 
 import argparse
 import logging
@@ -17,16 +17,16 @@ _logger = logging.getLogger(__name__)
 
 
 class Fitted(Protocol):
-    """What tells behind which network it was fitted, and where it comes from."""
+    """A fitted model that knows its network and its origin."""
 
     @property
     def setting(self) -> Struct:
-        """Behind which network it was fitted."""
+        """The network that it was fitted behind."""
         ...
 
     @property
     def provenance(self) -> Struct:
-        """Where it comes from."""
+        """Its origin."""
         ...
 
 
@@ -34,12 +34,12 @@ class FitCommand(Struct, frozen=True, kw_only=True):
     """A room's command.
 
     Attributes:
-        noun: what is fitted, with its article.
-        table: what it is fitted on.
-        options: adds what else `fit` takes.
-        fit: what comes of the arguments, to be written to their `output`.
-        read, shipped: one out of a file, and those that come with the package.
-        written: told of the output once it is in place.
+        noun: the model, with its article.
+        table: the name of its table.
+        options: adds the model's own options to `fit`.
+        fit: fits a model by the arguments; it is written to their `output`.
+        read, shipped: a model out of a file, and those that come with the package.
+        written: called with the output once it is in place.
     """
 
     prog: str
@@ -59,7 +59,7 @@ class FitCommand(Struct, frozen=True, kw_only=True):
 
     def _do(self, chosen: argparse.Namespace) -> None:
         if chosen.command == "fit":
-            # Before the fit, which takes its time.
+            # Before the fit, which takes long.
             require_place(chosen.output)
             self._write(self.fit(chosen), chosen.output)
         file = chosen.output if chosen.command == "fit" else chosen.file
@@ -78,8 +78,8 @@ class FitCommand(Struct, frozen=True, kw_only=True):
         commands = parser.add_subparsers(dest="command", required=True)
         fitting = commands.add_parser("fit", help=f"fit {self.noun} on a table of {self.table}")
         fitting.add_argument("table", type=Path, metavar="TABLE", help="a Parquet file, of train identities")
-        fitting.add_argument("--output", type=Path, required=True, metavar="FILE", help="where to put it")
+        fitting.add_argument("--output", type=Path, required=True, metavar="FILE", help="where to write it")
         self.options(fitting)
-        showing = commands.add_parser("show", help=f"tell what {self.noun} is for and where it comes from")
-        showing.add_argument("file", type=Path, nargs="?", metavar="FILE", help="without one, those that are shipped")
+        showing = commands.add_parser("show", help=f"show the setting and the origin of {self.noun}")
+        showing.add_argument("file", type=Path, nargs="?", metavar="FILE", help="default: those that are shipped")
         return parser

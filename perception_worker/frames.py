@@ -1,4 +1,4 @@
-"""Frames from render workers: how they are to come, and what their way took."""
+"""Frames from render workers: their encoding, and the seconds of their way."""
 
 import logging
 from collections.abc import Sequence
@@ -22,8 +22,8 @@ class RenderedFrames:
     """Asks render workers for frames.
 
     Args:
-        deadline: seconds that a frame may take, lost workers and all.
-        encoding: how frames are to come; `auto` looks at where the workers are, each time.
+        deadline: seconds that a frame may take, with retries on other workers included.
+        encoding: of frames; `auto` chooses by the workers' addresses, for each request.
     """
 
     def __init__(self, renderers: Pool, *, deadline: float, encoding: FrameEncoding, clock: Clock) -> None:
@@ -34,23 +34,23 @@ class RenderedFrames:
         self._asked_last: Encoding | None = None
 
     def of(self, request: Observe) -> "RenderedPictures":
-        """What a request's camera sees."""
+        """The picture of a request's camera."""
         return RenderedPictures(self, request, until=self._clock() + self._deadline)
 
     def fetch(self, render: Render, until: float) -> Frame:
-        """Have a scene rendered; the frame's `timings` have what that took, and its way here.
+        """Have a scene rendered; the frame's `timings` have the seconds of rendering and of its way here.
 
         Args:
             until: by the clock, when to give up.
 
         Raises:
-            CallFailed: no render worker gave a frame; another try may.
-            MalformedMessage, LimitExceeded: what came is no frame as it was asked for.
+            CallFailed: no render worker gave a frame; another try may succeed.
+            MalformedMessage, LimitExceeded: the frame is not the requested one.
         """
         render = replace(render, encoding=self._choose())
         pending = self._renderers.submit(render, deadline=max(until - self._clock(), 0.0))
         frame = pending.result()
-        # A worker that knows nothing of packing or of regions answers as ever. No other departs from what was asked.
+        # A worker that knows no packing or no regions sends the whole frame unpacked. No other departure is allowed.
         if frame.encoding not in ("none", render.encoding):
             raise MalformedMessage(f"a frame came as {frame.encoding}, {render.encoding} was asked for")
         if frame.region not in (None, render.region):
@@ -68,7 +68,7 @@ class RenderedFrames:
 
 
 class RenderedPictures:
-    """What the camera of a request sees, rendered as far as it is asked for.
+    """The picture of a request's camera, of which only the requested parts are rendered.
 
     Args:
         until: by the clock of `frames`, when to give up.
@@ -94,23 +94,23 @@ class RenderedPictures:
 
 
 def opened_by(clock: Clock, frame: Frame) -> Frame:
-    """The frame with its arrays; what it took to open it is in its timings, if it was packed.
+    """The frame with its arrays; if it was packed, its timings have the seconds of unpacking.
 
     Raises:
         MalformedMessage, LimitExceeded: it can't be opened.
     """
     if frame.packed is None:
         return frame
-    watch = Stopwatch(clock)
-    with watch.stage("unpack"):
+    stopwatch = Stopwatch(clock)
+    with stopwatch.stage("unpack"):
         opened = unpack(frame)
-    return replace(opened, timings=frame.timings | watch.seconds)
+    return replace(opened, timings=frame.timings | stopwatch.seconds)
 
 
 def chosen(encoding: FrameEncoding, addresses: Sequence[str]) -> Encoding:
-    """How frames are to come from these workers.
+    """The encoding of frames from these workers.
 
-    Left to us, never so that a frame is changed. Within a machine 2 MB are copied sooner than made smaller.
+    `auto` never changes a frame. Within a machine, copying 2 MB takes less time than compressing them.
     """
     if encoding != "auto":
         return encoding

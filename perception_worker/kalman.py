@@ -2,14 +2,14 @@
 
 The state travels: `FilterState` goes out with a request and comes back updated, so any worker can take the next frame.
 Transition and observation matrices are diagonal of ones and zeros, so the covariance stays diagonal for ever and each
-coordinate is a filter of its own. What an observation's noise is, the state's rule says: the thesis's takes 1 - quality
-for m²; ours is a learned lifter's variance, made larger, since what a lifter gets wrong of somebody it gets wrong in
-the next frame as well (docs/qoe.md).
+coordinate is a filter of its own. The state's rule says where an observation's noise comes from: the thesis takes
+1 - quality for m²; ours is a learned lifter's variance, made larger, since a lifter's error of a person repeats in the
+next frame (docs/qoe.md).
 """
 
 import numpy as np
 
-from protocol.arrays import Float64Array
+from protocol.arrays import BoolArray, Float64Array
 from protocol.joint_arrays import FARTHEST, MOST_VARIANCE
 from protocol.pose_estimate import BASE_PROCESS_NOISES, FilterRule, FilterState
 
@@ -24,39 +24,47 @@ REPEATED = 2.0
 
 
 def update(
-    state: FilterState, points: Float64Array, quality: Float64Array, variance: Float64Array | None = None
+    filter_state: FilterState, points: Float64Array, quality: Float64Array, variance: Float64Array | None = None
 ) -> FilterState:
     """The filter after one more frame.
 
     Args:
-        state: the filter before it.
+        filter_state: the filter before it.
         points: (18, 3) world frame, metres, NaN where a joint is not located.
         quality: (18,) combined quality in [0, 1].
         variance: (18, 3) m² of the points along the world's axes, where they are known.
 
     Source: thesis, section 3.3.4; open points as decided in docs/qoe.md.
     """
-    if state.rule == "variance" and variance is not None:
-        return _updated(state, points, np.maximum(REPEATED * variance, LEAST_OBSERVATION_NOISE))
-    return _updated(state, points, np.maximum(1.0 - quality, LEAST_OBSERVATION_NOISE)[:, None])
+    if filter_state.rule == "variance" and variance is not None:
+        return _updated(filter_state, points, np.maximum(REPEATED * variance, LEAST_OBSERVATION_NOISE))
+    return _updated(filter_state, points, np.maximum(1.0 - quality, LEAST_OBSERVATION_NOISE)[:, None])
 
 
-def _updated(state: FilterState, points: Float64Array, noise: Float64Array) -> FilterState:
-    # A comparison with NaN is false. What is beyond all distances is nowhere.
+def _updated(filter_state: FilterState, points: Float64Array, noise: Float64Array) -> FilterState:
+    # A comparison with NaN is false. A point beyond all distances counts as not located.
     located = np.all(np.abs(points) <= FARTHEST, axis=1)
-    # A joint has its initial variance until it is first seen: nothing is known of it that could be forgotten.
-    predicted = state.variance + np.where(state.seen, state.process_noise, 0.0)[:, None]
-    # A filter that is at its bounds must not grow out of them: its next state could not travel.
-    predicted = np.minimum(predicted, MOST_VARIANCE)
+    predicted = _predicted_variance(filter_state)
     gain = np.where(located[:, None], predicted / (predicted + noise), 0.0)
-    innovation = np.where(located[:, None], points, state.mean) - state.mean
-    growth = PROCESS_NOISE_GROWTH[state.rule]
-    grown = np.minimum(state.process_noise + growth, MOST_VARIANCE)
-    forgotten = np.where(state.seen, grown, state.process_noise)
+    innovation = np.where(located[:, None], points, filter_state.mean) - filter_state.mean
     return FilterState(
-        mean=state.mean + gain * innovation,
+        mean=filter_state.mean + gain * innovation,
         variance=(1.0 - gain) * predicted,
-        process_noise=np.where(located, BASE_PROCESS_NOISES[state.rule], forgotten),
-        seen=state.seen | located,
-        rule=state.rule,
+        process_noise=_process_noise(filter_state, located),
+        seen=filter_state.seen | located,
+        rule=filter_state.rule,
     )
+
+
+def _predicted_variance(filter_state: FilterState) -> Float64Array:
+    # A joint has its initial variance until it is first seen: nothing is known of it that could be forgotten.
+    predicted = filter_state.variance + np.where(filter_state.seen, filter_state.process_noise, 0.0)[:, None]
+    # A filter that is at its bounds must not grow out of them: its next state could not travel.
+    return np.minimum(predicted, MOST_VARIANCE)
+
+
+def _process_noise(filter_state: FilterState, located: BoolArray) -> Float64Array:
+    """(18,) m² a frame: the rule's where a joint is located, and growing where a joint seen before is not."""
+    grown = np.minimum(filter_state.process_noise + PROCESS_NOISE_GROWTH[filter_state.rule], MOST_VARIANCE)
+    forgotten = np.where(filter_state.seen, grown, filter_state.process_noise)
+    return np.where(located, BASE_PROCESS_NOISES[filter_state.rule], forgotten)

@@ -1,8 +1,8 @@
 """From keypoints in the picture to points in the world (thesis, section 3.2).
 
-A keypoint can be *seen* in the picture and still not be *located* in space: where the depth around it is missing or out
-of the sensor's range. What of the depths around it is the joint's is a choice: the thesis's mean mixes a thin arm with
-the wall behind it.
+A keypoint can be *seen* in the picture and still not be *located* in space, if the depth around it is missing or out of
+the sensor's range. Which of the depths around it belongs to the joint is a choice: the thesis's mean mixes a thin arm
+with the wall behind it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,16 +19,16 @@ from protocol.config import PerceptionConfig
 from protocol.pose_estimate import Lifting
 
 NEAREST, FARTHEST = 1.5, 15.0
-"""Metres. Depth outside of this range is not believed."""
+"""Metres. Depth outside of this range is ignored."""
 
 NEAR_QUANTILE = 0.25
-"""Where the surface in front is looked for among the depths: a few stray ones nearer than it are passed over."""
+"""The quantile of depths at which the surface in front is found, so that a few stray nearer depths are ignored."""
 
 SURFACE_DEPTH = 0.3
-"""Metres. What is this much nearer or farther belongs to another surface."""
+"""Metres. A depth this much nearer or farther belongs to another surface."""
 
 BODY_REACH = 1.5
-"""Metres from the middle of a body to its farthest joint: arms raised, it is 1.43 at most in the people we draw."""
+"""Metres from the middle of a body to its farthest joint: at most 1.43 in the people we draw, with arms raised."""
 
 _REACH = 3
 _OFFSETS = np.arange(-_REACH, _REACH + 1)
@@ -39,8 +39,8 @@ class Windows:
     """The depths in the 7×7 pixels around each of n keypoints.
 
     Attributes:
-        depths: (n, 49) metres, rising; those that are not believed come last, as infinity.
-        count: (n,) how many are believed.
+        depths: (n, 49) metres, rising; ignored ones come last, as infinity.
+        count: (n,) how many are not ignored.
     """
 
     depths: Float64Array
@@ -95,9 +95,9 @@ LIFTINGS: Mapping[Lifting, Callable[[Windows], Float64Array]] = {
 
 
 def surface_lifting(config: PerceptionConfig) -> Lifting:
-    """What of the depths is the joint's for a worker of this configuration, settled by its profile.
+    """Which of the depths a worker of this configuration, settled by its profile, takes for the joint's.
 
-    A lifter that has learned goes beyond surfaces; where one is needed all the same, it is the one in front.
+    A learned lifter needs no surface; where one is asked for all the same, it is the one in front.
     """
     return "nearest" if config.lifting == "learned" else msgspec.convert(config.lifting, Lifting)
 
@@ -121,9 +121,9 @@ def lift(windows: Windows, keypoints: Float64Array, camera: Camera, lifting: Lif
     """Place keypoints in the world by the depth around them.
 
     Args:
-        windows: what `windows_around` found around each.
+        windows: of `windows_around`.
         keypoints: (n, 2) pixels x and y, NaN where there is none.
-        camera: what the depth was taken with.
+        camera: of the depth.
 
     Returns:
         (n, 3) world frame, metres; NaN for keypoints that can't be located.
@@ -157,13 +157,13 @@ def windows_around(depth: AnyArray, keypoints: Float64Array) -> Windows:
     """
     height, width = depth.shape
     known = np.all(np.isfinite(keypoints), axis=1)
-    # Far outside of the picture is as good as anywhere outside, and fits an integer.
+    # Clipped far outside of the picture, so that it fits an integer.
     centres = np.clip(np.where(known[:, None], keypoints, -1e6), -1e6, 1e6)
     columns, rows = np.floor(centres + 0.5).astype(np.int64).T
     rows, columns = rows[:, None, None] + _OFFSETS[:, None], columns[:, None, None] + _OFFSETS
     values = depth[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)].astype(np.float64)
     inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
-    # A comparison with NaN is false, so what is not finite falls out with what is out of range.
+    # A comparison with NaN is false, so values that are not finite drop out with those out of range.
     believed = (inside & (values >= NEAREST) & (values <= FARTHEST)).reshape(len(keypoints), -1)
     depths = np.sort(np.where(believed, values.reshape(believed.shape), np.inf), axis=1)
     return Windows(depths, believed.sum(axis=1))

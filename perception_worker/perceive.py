@@ -1,4 +1,4 @@
-"""Pictures and a filter in, an observation out: the whole pipeline, without a socket."""
+"""Pictures and a filter in, a pose estimate out: the whole pipeline, without a socket."""
 
 import time
 from collections.abc import Sequence
@@ -10,11 +10,18 @@ from numpy.typing import NDArray
 
 from perception_worker import kalman
 from perception_worker.calibration import Calibrated, Calibration
+from perception_worker.detection import Detection, Detector, HeldPictures, Pictures
 from perception_worker.lifter import Lifter
 from perception_worker.lifter.evidence import evidence_of
 from perception_worker.lifting import Windows, lift, surface_lifting, windows_around, within_reach
-from perception_worker.look import HeldPictures, Look, Pictures, Sight
-from perception_worker.qoe import Quality, distance_quality, heatmap_cells, nearest_cells, quality_of_estimation
+from perception_worker.qoe import (
+    Quality,
+    combined_quality,
+    distance_quality,
+    heatmap_cells,
+    nearest_cells,
+    quality_of_estimation,
+)
 from perception_worker.stopwatch import Clock, Stopwatch
 from protocol.arrays import Float64Array
 from protocol.camera import Camera
@@ -30,6 +37,22 @@ class _Placed(NamedTuple):
     expected_error: Float64Array | None
     radius: Float64Array | None
     variance: Float64Array | None
+
+
+class _Located(NamedTuple):
+    """A detected person in the world.
+
+    Attributes:
+        windows: the depths around the keypoints.
+        quality: of each joint.
+        evidence: the input of a learned lifter, where there is one or the caller wants it.
+        placed: where the joints are.
+    """
+
+    windows: Windows
+    quality: Quality
+    evidence: Evidence | None
+    placed: _Placed
 
 
 class Perceiver:
@@ -52,7 +75,7 @@ class Perceiver:
 
     def __init__(
         self,
-        look: Look,
+        detector: Detector,
         config: PerceptionConfig,
         *,
         profile: Profile = "vantage",
@@ -61,7 +84,7 @@ class Perceiver:
         clock: Clock = time.perf_counter,
     ) -> None:
         config = settled(config, profile)
-        self._look = look
+        self._detector = detector
         self._lifter = lifter
         self._lifting: Lifting = surface_lifting(config)
         self._believes_all = config.look == "whole"
@@ -95,68 +118,62 @@ class Perceiver:
         liftings: Sequence[Lifting] = (),
         evidence: bool = False,
     ) -> PoseEstimate:
-        """Estimate the pose in what a camera sees.
+        """Estimate the pose in a camera's picture.
 
         Args:
-            pictures: what the camera sees, of which as much is asked for as is looked at.
+            pictures: the camera's picture; only the parts that the network is shown are asked for.
             filter_state: the filter before this moment.
-            heatmaps: whether the observation is to carry the network's heatmaps.
-            liftings: ways of lifting whose readings it is to carry.
-            evidence: whether it is to carry what a learned lifter is told.
+            heatmaps: whether the estimate is to carry the network's heatmaps.
+            liftings: ways of lifting whose readings the estimate is to carry.
+            evidence: whether the estimate is to carry the input of a learned lifter.
 
         Returns:
-            The observation; where nobody is found, all joints are NaN, all qualities 0 and the filter saw nothing.
+            The estimate; where no person is found, all joints are NaN, all qualities 0 and the filter locates none.
 
         Raises:
             InvalidOutput: the network gave no maps, or a map that has a value that is not finite.
-            CallFailed: nobody gave a picture; another try may.
+            CallFailed: no picture came; another try may succeed.
         """
-        watch = Stopwatch(self._clock)
-        sight = self._look.look(pictures, filter_state, watch)
-        frame = sight.frame
-        with watch.stage("lift"):
-            windows = windows_around(frame.depth, frame.area.inside(sight.keypoints))
-            surface = self._lift(windows, sight, self._lifting)
-            told = _evidence(sight) if evidence or self._lifter else None
-        with watch.stage("qoe"):
-            others = nearest_cells(sight.others, sight.output.heatmaps.shape[1:]) if self._masks_others else None
-            quality = quality_of_estimation(sight.output.heatmaps, _cells(sight), surface, others=others)
-            calibrated = self._calibrate(surface, quality, windows, frame.camera)
-        with watch.stage("lift"):
-            placed = self._placed(sight, quality, told) or _Placed(surface, *calibrated, None)
-        with watch.stage("filter"):
-            observed = placed.points if filter_state.rule == "variance" else _seen_alone(placed.points, sight)
-            updated = kalman.update(filter_state, observed, quality.combined, placed.variance)
-        return PoseEstimate(
-            keypoints=sight.keypoints,
-            points=placed.points,
-            mass=quality.mass,
-            height=quality.height,
-            distance=quality.distance,
-            quality=quality.combined,
-            filter=updated,
-            heatmaps=sight.output.heatmaps if heatmaps else None,
-            heatmap_area=astuple(sight.region) if heatmaps else None,
-            joints=frame.joints,
-            visible=frame.visible,
-            timings=pictures.timings | watch.seconds,
-            spread=windows.spread,
-            expected_error=placed.expected_error,
-            radius=placed.radius,
-            readings={one: _read(self._lift(windows, sight, one), quality) for one in liftings},
-            evidence=told if evidence else None,
-            variance=placed.variance,
+        stopwatch = Stopwatch(self._clock)
+        detection = self._detector.detect(pictures, filter_state, stopwatch)
+        located = self._located(detection, stopwatch, evidence=evidence)
+        with stopwatch.stage("filter"):
+            updated = _updated(filter_state, detection, located)
+        return _estimate(
+            detection,
+            located if evidence else located._replace(evidence=None),
+            updated,
+            heatmaps=heatmaps,
+            readings={one: _read(self._lift(located.windows, detection, one), located.quality) for one in liftings},
+            timings=pictures.timings | stopwatch.seconds,
         )
 
-    def _lift(self, windows: Windows, sight: Sight, lifting: Lifting) -> Float64Array:
-        points = lift(windows, sight.keypoints, sight.frame.camera, lifting)
+    def _located(self, detection: Detection, stopwatch: Stopwatch, *, evidence: bool) -> _Located:
+        frame = detection.frame
+        with stopwatch.stage("lift"):
+            windows = windows_around(frame.depth, frame.area.inside(detection.keypoints))
+            surface = self._lift(windows, detection, self._lifting)
+            told = _evidence(detection) if evidence or self._lifter else None
+        with stopwatch.stage("qoe"):
+            quality = self._quality(detection, surface)
+            calibrated = self._calibrate(surface, quality, windows, frame.camera)
+        with stopwatch.stage("lift"):
+            placed = self._learned(detection, quality, told) or _Placed(surface, *calibrated, None)
+        return _Located(windows, quality, told, placed)
+
+    def _lift(self, windows: Windows, detection: Detection, lifting: Lifting) -> Float64Array:
+        points = lift(windows, detection.keypoints, detection.frame.camera, lifting)
         return points if self._believes_all else within_reach(points)
 
-    def _placed(self, sight: Sight, quality: Quality, told: Evidence | None) -> "_Placed | None":
-        """What a learned lifter says, where there is one."""
+    def _quality(self, detection: Detection, points: Float64Array) -> Quality:
+        others = nearest_cells(detection.others, detection.map_size) if self._masks_others else None
+        return quality_of_estimation(detection.output.heatmaps, _cells(detection), points, others=others)
+
+    def _learned(self, detection: Detection, quality: Quality, told: Evidence | None) -> _Placed | None:
+        """The joints as a learned lifter places them, where there is one."""
         if self._lifter is None or told is None:
             return None
-        lifted = self._lifter.lift(sight.keypoints, quality.height, told, sight.frame.camera)
+        lifted = self._lifter.lift(detection.keypoints, quality.height, told, detection.frame.camera)
         return _Placed(lifted.points, lifted.expected_error, lifted.radius, lifted.variance)
 
     def _calibrate(
@@ -174,21 +191,58 @@ class Perceiver:
         )
 
 
-def _seen_alone(points: Float64Array, sight: Sight) -> Float64Array:
-    """(18, 3) the points of the joints that were found."""
-    return np.where(np.isfinite(sight.keypoints[:, :1]), points, np.nan)
+def _updated(filter_state: FilterState, detection: Detection, located: _Located) -> FilterState:
+    points, variance = located.placed.points, located.placed.variance
+    if filter_state.rule != "variance":
+        # Quality says nothing of a joint that the network has not seen, wherever a lifter places it.
+        points = np.where(np.isfinite(detection.keypoints[:, :1]), points, np.nan)
+    return kalman.update(filter_state, points, located.quality.combined, variance)
 
 
-def _evidence(sight: Sight) -> Evidence:
-    frame = sight.frame
-    return evidence_of(frame.depth, frame.area.inside(sight.keypoints), frame.camera.intrinsics.fx)
+def _estimate(
+    detection: Detection,
+    located: _Located,
+    updated: FilterState,
+    *,
+    heatmaps: bool,
+    readings: dict[Lifting, Reading],
+    timings: dict[str, float],
+) -> PoseEstimate:
+    frame, quality, placed = detection.frame, located.quality, located.placed
+    return PoseEstimate(
+        keypoints=detection.keypoints,
+        points=placed.points,
+        mass=quality.mass,
+        height=quality.height,
+        distance=quality.distance,
+        quality=quality.combined,
+        filter=updated,
+        heatmaps=detection.output.heatmaps if heatmaps else None,
+        heatmap_area=astuple(detection.region) if heatmaps else None,
+        joints=frame.joints,
+        visible=frame.visible,
+        timings=timings,
+        spread=located.windows.spread,
+        expected_error=placed.expected_error,
+        radius=placed.radius,
+        readings=readings,
+        evidence=located.evidence,
+        variance=placed.variance,
+    )
+
+
+def _evidence(detection: Detection) -> Evidence:
+    frame = detection.frame
+    return evidence_of(frame.depth, frame.area.inside(detection.keypoints), frame.camera.intrinsics.fx)
 
 
 def _read(points: Float64Array, quality: Quality) -> Reading:
     distance = distance_quality(points)
-    return Reading(points=points, distance=distance, quality=(quality.mass + quality.height + distance) / 3)
+    combined = combined_quality(quality.mass, quality.height, distance)
+    return Reading(points=points, distance=distance, quality=combined)
 
 
-def _cells(sight: Sight) -> NDArray[np.int64]:
+def _cells(detection: Detection) -> NDArray[np.int64]:
     """(18, 2) row and column of each keypoint in the heatmaps, -1 where there is none."""
-    return heatmap_cells(sight.region.inside(sight.keypoints), sight.region.shape, sight.output.heatmaps.shape[1:])
+    region = detection.region
+    return heatmap_cells(region.inside(detection.keypoints), region.shape, detection.map_size)

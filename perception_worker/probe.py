@@ -1,4 +1,4 @@
-"""`python -m perception_worker.probe`: whether a perception worker would work here. `orchestrator doctor` runs it."""
+"""`python -m perception_worker.probe` tells whether a perception worker runs here; `orchestrator doctor` calls it."""
 
 import sys
 
@@ -9,15 +9,15 @@ from protocol.system.command import run_command
 
 
 def main() -> int:
-    """Open what a worker opens that is told nothing, and look at a picture; returns the exit code."""
-    return run_command(_look)
+    """Open what a worker with default settings opens, and perceive a picture; returns the exit code."""
+    return run_command(_perceive)
 
 
-def _look() -> None:
+def _perceive() -> None:
     config = RunConfig()
     perception = with_lifter_at_hand(settled(config.perception, config.profile))
     warm_up(open_perceiver(perception))
-    sys.stdout.write(f"{network_name(perception)} looks at pictures\n")
+    sys.stdout.write(f"{network_name(perception)} perceives pictures\n")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Quality of Estimation: how far each joint's position can be trusted, in [0, 1] (thesis, section 3.3).
 
-Three signs are averaged: how much of its heatmap stands around the joint (mass), how high its peak is (height), and
-whether its place in space fits a human body (distance). What the thesis leaves open is decided in docs/qoe.md.
+Three components are averaged: the share of its heatmap that stands around the joint (mass), the height of its peak
+(height), and whether its place in space fits a human body (distance). docs/qoe.md decides what the thesis leaves open.
 """
 
 import math
@@ -22,7 +22,7 @@ TOLERANCE = 1.5
 
 @dataclass(frozen=True)
 class Bone:
-    """Two joints and the plausible lengths of what is between them, in metres."""
+    """Two joints and the plausible lengths of the bone between them, in metres."""
 
     ends: tuple[Joint, Joint]
     shortest: float
@@ -70,7 +70,7 @@ def quality_of_estimation(
         heatmaps: (18 or more, rows, columns), one for each joint.
         cells: (18, 2) row and column of each joint in its heatmap; negative where it was not detected.
         points: (18, 3) metres, NaN where a joint is not located.
-        others: (n, 18, 2) cells of other people, whose peaks are then no reason to doubt this one's.
+        others: (n, 18, 2) cells of other people, whose peaks then don't lower this person's mass.
 
     Raises:
         InvalidInput: a heatmap has a value that is not finite, or a cell is outside.
@@ -79,14 +79,18 @@ def quality_of_estimation(
     """
     masked = _masked(heatmaps[:JOINT_COUNT])
     detected = np.flatnonzero((cells >= 0).all(axis=1))
-    _require_inside(cells[detected], masked.shape[1:])
-    mass, height = np.zeros(JOINT_COUNT), np.zeros(JOINT_COUNT)
-    here = masked[detected, cells[detected, 0], cells[detected, 1]]
-    height[detected] = np.minimum(here, 1.0)
-    mass[detected] = _shares(masked, detected, cells[detected], others)
-    distance = np.zeros(JOINT_COUNT)
+    places = cells[detected]
+    _require_inside(places, masked.shape[1:])
+    mass, height, distance = np.zeros((3, JOINT_COUNT))
+    mass[detected] = _shares(masked, detected, places, others)
+    height[detected] = np.minimum(masked[detected, places[:, 0], places[:, 1]], 1.0)
     distance[detected] = distance_quality(points)[detected]
-    return Quality(mass, height, distance, combined=(mass + height + distance) / 3)
+    return Quality(mass, height, distance, combined=combined_quality(mass, height, distance))
+
+
+def combined_quality(mass: Float64Array, height: Float64Array, distance: Float64Array) -> Float64Array:
+    """(18,) the mean of the three components. Source: thesis, section 3.3.3."""
+    return (mass + height + distance) / 3
 
 
 def heatmap_cell(pixel_xy: Sequence[float], image_size: Sequence[int], map_size: Sequence[int]) -> tuple[int, int]:
@@ -151,7 +155,7 @@ def mass_quality(heatmap: ArrayLike, cell: Sequence[int]) -> float:
         In [0, 1]; 0 if the cell itself is below the heatmap's mean or not above 0.
 
     Raises:
-        InvalidInput: the heatmap is none, has a value that is not finite, or the cell is outside.
+        InvalidInput: the heatmap has no two axes or a value that is not finite, or the cell is outside.
 
     Source: thesis, section 3.3.1.
     """
@@ -204,7 +208,7 @@ def _masked(heatmaps: AnyArray) -> Float64Array:
     values = heatmaps.astype(np.float64)
     with np.errstate(invalid="ignore"):
         means = values.mean(axis=(1, 2))
-    # A sum is finite only if all that it is of is.
+    # A sum is finite only if all its terms are.
     if not np.isfinite(means).all():
         raise InvalidInput("a heatmap has values that are not finite; the network or its weights are damaged")
     return np.where(values >= np.maximum(means, 0.0)[:, None, None], values, 0.0)
@@ -276,7 +280,7 @@ def _general_rule(positions: Float64Array, located: BoolArray) -> Float64Array:
 
 
 def _chain_rule(positions: Float64Array, located: BoolArray, *, otherwise: Float64Array) -> Float64Array:
-    """(7,) by the lengths of the bones from wrist to wrist; `otherwise` (7,) is the quality where these say nothing."""
+    """(7,) by the lengths of the bones from wrist to wrist; `otherwise` (7,) where no bone of a joint is measured."""
     ends = np.where(located[:, None], positions, np.nan)
     bones = ends[_ENDS] - ends[_STARTS]
     # A bone that can't be measured has no length: NaN, with which no comparison is true.

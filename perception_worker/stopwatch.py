@@ -1,4 +1,4 @@
-"""How long each stage of a frame's way takes."""
+"""Seconds that each stage of a frame's way takes."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager

@@ -1,58 +1,52 @@
 """The perception worker: a perceiver behind a socket, with the render workers that it asks for frames."""
 
-import argparse
 import logging
 import os
 import time
 from collections.abc import Sequence
-from pathlib import Path
-from typing import get_args
 
 import cv2
 import numpy as np
 from msgspec.structs import replace
 
 from perception_worker.calibration.choice import open_calibration
+from perception_worker.detection import HeldPictures, Pictures
+from perception_worker.detection.choice import open_detector
 from perception_worker.frames import RenderedFrames, opened_by
 from perception_worker.lifter import open_lifter
 from perception_worker.lifting import LIFTINGS
-from perception_worker.look import HeldPictures, Pictures
-from perception_worker.networks.backend import input_size, network_name, open_look, region_size
+from perception_worker.networks.backend import input_size, network_name, region_size
+from perception_worker.options import config_of, options_of
 from perception_worker.perceive import Perceiver
 from perception_worker.stopwatch import Clock
 from protocol import Handlers, Pool, Timeouts, serve
 from protocol.camera import Camera, CameraPose, Intrinsics
 from protocol.config import FrameEncoding, PerceptionConfig, RunConfig, settled
-from protocol.config_file import load_config, require_recorded_files
 from protocol.errors import InvalidConfig, VantageError
 from protocol.failpoint import Failpoint, failpoint_of, no_failpoint
 from protocol.frame import ENCODINGS, Frame
 from protocol.messages import Observe, Perceive, Role
-from protocol.named_files import with_absolute_paths
 from protocol.pose_estimate import FilterState, PoseEstimate
 from protocol.security import LOCAL_ONLY, Security
-from protocol.security.options import add_security_options, security_of
-from protocol.server.registration_settings import ADVERTISE_HELP, RegistrationSettings, registration_of
+from protocol.security.options import security_of
+from protocol.server.registration_settings import RegistrationSettings, registration_of
 from protocol.system import logs
 from protocol.system.exit_code import ExitCode, logged_exit_code_of
-from protocol.telemetry.endpoint import Endpoint, add_http_options, endpoint_of
+from protocol.telemetry.endpoint import Endpoint, endpoint_of
 from protocol.telemetry.info import About
 from protocol.telemetry.worker import worker_telemetry
 
 _logger = logging.getLogger(__name__)
 
-_SECTION = "perception."
-"""Of the configuration: ours."""
-
 _RENDER_SHARE = 0.75
-"""Share of a call's time that rendering may take: then a lost render worker is named in our answer, in time.
+"""Share of a call's time that rendering may take, so that the answer names a lost render worker in time.
 
-It is a share of the progress clock's time as well, so that nobody takes us for stuck while a renderer is.
+It is a share of the progress clock's time as well: a stuck renderer must not make this worker look stuck.
 """
 
 
 class PerceptionHandlers:
-    """Answers `Perceive` from the frame that it brings, and `Observe` from one that is rendered for it."""
+    """Answers `Perceive` from the request's own frame, and `Observe` from a frame that it has rendered."""
 
     def __init__(
         self,
@@ -79,8 +73,8 @@ class PerceptionHandlers:
         """Have a scene rendered and estimate the pose in it.
 
         Raises:
-            CallFailed: no render worker gave a frame; another try may.
-            MalformedMessage, LimitExceeded: the frame that one gave can't be opened.
+            CallFailed: no render worker gave a frame; another try may succeed.
+            MalformedMessage, LimitExceeded: the frame can't be opened.
         """
         return self._estimate(self._frames.of(request), request)
 
@@ -94,7 +88,7 @@ class PerceptionHandlers:
         )
 
     def table(self) -> Handlers:
-        """Which function answers which request."""
+        """The handler of each request."""
         return {Perceive: self.perceive, Observe: self.observe}
 
 
@@ -111,7 +105,7 @@ def run(
 ) -> None:
     """Serve at `bind` until told to end, with frames from the render workers that `render` and the orchestrator name.
 
-    How the worker is, is served at `http`.
+    Health and metrics are served at `http`.
 
     Raises:
         VantageError: the network can't be loaded, no render worker gets ready, an address can't be bound, or other
@@ -125,18 +119,8 @@ def run(
         Pool(render, role=Role.PERCEPTION, serves=Role.RENDER, timeouts=timeouts, security=security) as renderers,
         worker_telemetry(http, about, {Role.RENDER: renderers}) as observer,
     ):
-
-        def start() -> Handlers:
-            # The frames in hand are the parallel work; OpenCV's own threads would only contend for the same cores.
-            cv2.setNumThreads(1)
-            perceiver = open_perceiver(perception)
-            warm_up(perceiver)
-            renderers.wait_any_ready()
-            deadline = render_deadline(timeouts)
-            return PerceptionHandlers(perceiver, renderers, render_deadline=deadline, frames=perception.frames).table()
-
         serve(
-            start,
+            lambda: _start(perception, renderers, render_deadline(timeouts)),
             role=Role.PERCEPTION,
             bind=bind,
             capabilities=capabilities,
@@ -150,11 +134,21 @@ def run(
         )
 
 
+def _start(config: PerceptionConfig, renderers: Pool, deadline: float) -> Handlers:
+    """Handlers that are ready to answer: the network is warm, and a render worker is there."""
+    # The frames in hand are the parallel work; OpenCV's own threads would only contend for the same cores.
+    cv2.setNumThreads(1)
+    perceiver = open_perceiver(config)
+    warm_up(perceiver)
+    renderers.wait_any_ready()
+    return PerceptionHandlers(perceiver, renderers, render_deadline=deadline, frames=config.frames).table()
+
+
 def open_perceiver(config: PerceptionConfig) -> Perceiver:
     """The pipeline with the network and the calibration that a configuration, settled by its profile, names.
 
     Raises:
-        InvalidConfig: a calibration or a lifter is named, and the way of lifting has no use for it.
+        InvalidConfig: a calibration or a lifter is named that the way of lifting does not use.
         VantageError: one of them can't be loaded.
     """
     if config.lifting == "learned":
@@ -163,7 +157,7 @@ def open_perceiver(config: PerceptionConfig) -> Perceiver:
                 f"perception.calibration: {config.calibration} tells the errors of surfaces that are lifted, and this "
                 f"worker's lifter tells its own; choose another perception.lifting, or calibration auto"
             )
-        return Perceiver(open_look(config), config, lifter=open_lifter(config))
+        return Perceiver(open_detector(config), config, lifter=open_lifter(config))
     if config.lifter != "auto":
         raise InvalidConfig(
             f"perception.lifter: {config.lifter} is named, and this worker lifts by {config.lifting}; "
@@ -173,7 +167,7 @@ def open_perceiver(config: PerceptionConfig) -> Perceiver:
     if calibration is None and config.calibration == "auto":
         name = network_name(config)
         _logger.info("no calibration is shipped for %s with these settings: quality comes without metres", name)
-    return Perceiver(open_look(config), config, calibration=calibration)
+    return Perceiver(open_detector(config), config, calibration=calibration)
 
 
 def with_lifter_at_hand(config: PerceptionConfig) -> PerceptionConfig:
@@ -189,23 +183,23 @@ def with_lifter_at_hand(config: PerceptionConfig) -> PerceptionConfig:
 
 
 def warm_up(perceiver: Perceiver) -> None:
-    """Look at a black picture, so that what a network does but once is done before the first request waits for it.
+    """Perceive a black picture, so that the first request does not wait for what a network does only once.
 
-    Somebody is expected in it, so that whoever tracks is shown a region and, in vain, the whole frame.
+    The filter expects a person in it, so that a tracking detector runs on a region and then on the whole frame.
     """
     camera = Camera(CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0)), Intrinsics.from_horizontal_fov(640, 480, 70.0))
     black = Frame(rgb=np.zeros((480, 640, 3), np.uint8), depth=np.zeros((480, 640), np.float32), camera=camera)
-    somebody = replace(FilterState.initial((0.0, 0.0, 1.0)), variance=np.zeros((18, 3)), seen=np.ones(18, bool))
-    perceiver.perceive(black, somebody)
+    initial = FilterState.initial((0.0, 0.0, 1.0))
+    perceiver.perceive(black, replace(initial, variance=np.zeros((18, 3)), seen=np.ones(18, bool)))
 
 
 def render_deadline(timeouts: Timeouts) -> float:
-    """Seconds that a frame may take to be rendered, lost workers and all."""
+    """Seconds that rendering a frame may take, with retries on other workers included."""
     return _RENDER_SHARE * min(timeouts.call, timeouts.progress)
 
 
 def _capabilities(config: PerceptionConfig) -> dict[str, str]:
-    """What a client is told of the worker when it says hello."""
+    """What the worker's `Welcome` tells a client."""
     size, region = input_size(config), region_size(config)
     return {
         "network": network_name(config),
@@ -215,23 +209,20 @@ def _capabilities(config: PerceptionConfig) -> dict[str, str]:
         "region": f"{region[0]}x{region[1]}" if config.look == "track" and region else "",
         "lifting": config.lifting,
         "mask": config.mask,
-        # What a client may ask to be read along.
+        # The readings that a client may ask for.
         "liftings": " ".join(LIFTINGS),
-        # What a client may send in `Perceive`: an older worker does not know packed frames.
+        # The encodings that a client may send in `Perceive`: an older worker does not know packed frames.
         "frames": " ".join(ENCODINGS),
     }
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """`python -m perception_worker`; returns the exit code."""
-    parser = _parser()
-    chosen = parser.parse_args(arguments)
-    if not chosen.render and not chosen.orchestrator:
-        parser.error("who draws the frames? Give --render, or --orchestrator to be told")
+    chosen = options_of(arguments)
     logs.configure(Role.PERCEPTION)
     try:
         run(
-            _config(chosen),
+            config_of(chosen),
             bind=chosen.bind,
             render=chosen.render,
             registration=registration_of(chosen),
@@ -243,59 +234,3 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (VantageError, OSError) as error:
         return logged_exit_code_of(error, _logger)
     return ExitCode.DONE
-
-
-def _config(chosen: argparse.Namespace) -> RunConfig:
-    """The run's configuration, with what the command line says instead."""
-    config = RunConfig() if chosen.config is None else load_config(chosen.config)
-    instead = {"network": chosen.network, "calibration": chosen.calibration, "frames": chosen.frames}
-    given = {name: value for name, value in instead.items() if value is not None}
-    instead_of = {f"{_SECTION}{name}" for name in given}
-    told = replace(
-        config,
-        perception=replace(config.perception, **given),
-        artifacts={name: checksum for name, checksum in config.artifacts.items() if name not in instead_of},
-    )
-    require_recorded_files(told, _SECTION)
-    # What the command line says is relative to where we were called; the file's paths are absolute by now.
-    return with_absolute_paths(told, Path.cwd())
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="perception_worker", description="Estimates a person's 3D pose in frames, and how sure it is."
-    )
-    parser.add_argument("--bind", required=True, metavar="ADDRESS", help="where to serve, such as tcp://127.0.0.1:5556")
-    parser.add_argument(
-        "--render",
-        action="append",
-        default=[],
-        metavar="ADDRESS",
-        help="a render worker; may be given repeatedly, and need not be where there is an orchestrator",
-    )
-    parser.add_argument(
-        "--orchestrator", metavar="ADDRESS", help="whom to register with, and to learn of renderers from"
-    )
-    parser.add_argument(
-        "--name", default="perception", help="what the orchestrator calls this worker (default: perception)"
-    )
-    parser.add_argument("--advertise", metavar="ADDRESS", help=ADVERTISE_HELP)
-    add_security_options(parser)
-    parser.add_argument("--config", type=Path, metavar="FILE", help="the run's configuration; the defaults without it")
-    parser.add_argument(
-        "--network", metavar="NAME|FILE", help="a name or an ONNX file, in place of the configuration's"
-    )
-    parser.add_argument(
-        "--calibration",
-        metavar="FILE|auto|none",
-        help="what tells errors in metres, in place of the configuration's: a file of 'orchestrator calibration fit', "
-        "the shipped one that fits (auto), or nothing; a learned lifter tells its own",
-    )
-    parser.add_argument(
-        "--frames",
-        choices=get_args(FrameEncoding),
-        help="how frames come from render workers, in place of the configuration's: as they are (none), packed without "
-        "loss, as a JPEG, or lossless from other machines and none within this one (auto)",
-    )
-    add_http_options(parser)
-    return parser

@@ -1,6 +1,6 @@
 """The baked file: bodies, their skeleton and garments, and the photographs that surroundings are made of.
 
-`python -m render_worker.bake` makes it once; it holds plain arrays only, and every array that a renderer needs.
+`python -m render_worker.bake` makes it once. It holds plain arrays only, all that a renderer needs.
 All lengths are metres; all positions are in the body frame (x to the front, y to the left, z up).
 """
 
@@ -33,7 +33,7 @@ MASKS = ("lips", "ears", "nails", "brows", "scalp", "stubble")
 PHOTOGRAPHS = ("brick", "grass", "gravel", "coffee", "chelsea")
 
 _HAIR_REACH = 0.1
-"""How far below the nose there can be hair that does not fall, in body heights."""
+"""Body heights below the nose down to which hair that does not fall can grow."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Assets:
         along_arm: (n,) 0 on the trunk, 0 to 1 on the upper arm, 1 to 2 on the forearm, above on the hand.
         masks: (size, size) each, 0 to 255 over the skin's texture, the first row at v = 0.
         photographs: (height, width, 3) each.
-        provenance: what it was made from, and how well it agrees with the source.
+        provenance: its sources, and its largest error of skinning.
     """
 
     vertices: Float32Array
@@ -104,7 +104,7 @@ class Assets:
 
     @cached_property
     def surfaces(self) -> Mapping[str, Surface]:
-        """What bodies have in common of each part."""
+        """The surface of each part that all bodies have in common."""
         return {
             name: Surface.of(part.source, part.uv, part.triangles, self.canonical, self.along_arm)
             for name, part in self.parts.items()
@@ -117,7 +117,7 @@ class Assets:
 
     @cached_property
     def spots(self) -> Mapping[str, Spot]:
-        """Where each mask has anything."""
+        """The spots in which masks are not empty."""
         return spots_of(self.masks)
 
     @cached_property
@@ -128,7 +128,7 @@ class Assets:
 
 
 def assets_path(configured: str | None = None) -> Path:
-    """Where the baked file is: the configured path, or its place in the user's cache."""
+    """The path of the baked file: the configured one, or its place in the user's cache."""
     return Path(configured) if configured else bodies_path()
 
 
@@ -159,8 +159,8 @@ def load_assets(path: Path) -> Assets:
     """Read the baked file.
 
     Raises:
-        ArtifactMissing: it was not made yet; the message names the command that makes it.
-        ArtifactDamaged: it is cut off, of another version, or no such file at all.
+        ArtifactMissing: it does not exist yet; the message names the command that makes it.
+        ArtifactDamaged: it is cut off, of another version, or another kind of file.
     """
     require_artifact(path, made_by=MADE_BY)
     try:

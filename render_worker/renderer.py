@@ -1,4 +1,4 @@
-"""What every renderer does: `render(scene, camera) -> Frame`. Each renderer is one file."""
+"""The interface of renderers: `render(scene, camera) -> Frame`. Each renderer is one file."""
 
 from typing import Protocol
 

@@ -30,7 +30,7 @@ _EDGE = 1.0
 
 
 def noise_seed(scene: Scene, camera: Camera) -> int:
-    """A seed that a request determines, so that its answer stays the same wherever and whenever it is given."""
+    """A seed that follows from scene and camera, so that every worker gives the same answer at any time."""
     encoded = msgspec.msgpack.encode((scene, camera))
     return int.from_bytes(hashlib.blake2b(encoded, digest_size=8).digest(), "big")
 
@@ -41,7 +41,7 @@ def depth_error(depth: float) -> float:
 
 
 def measure_depth(depth: Float32Array, focal: float, seed: int) -> Float32Array:
-    """What a D435i measures of a true planar depth.
+    """A D435i's measurement of a true planar depth.
 
     Args:
         depth: (height, width) metres, 0 where there is nothing.
@@ -59,7 +59,7 @@ def measure_depth(depth: Float32Array, focal: float, seed: int) -> Float32Array:
 def measure_part(
     depth: Float32Array, around: Region, region: Region, size: tuple[int, ...], focal: float, seed: int
 ) -> Float32Array:
-    """What a D435i measures in a region of a picture: to the bit what `measure_depth` gives there.
+    """A D435i's measurement in a region of a picture, to the bit that of `measure_depth` there.
 
     Args:
         depth: (around.height, around.width) metres, 0 where there is nothing.

@@ -1,4 +1,4 @@
-"""What all bodies have in common of a surface, laid out so that a body in it is made fast."""
+"""The common part of a surface of all bodies, laid out so that a body's own surface is made fast."""
 
 from typing import NamedTuple
 

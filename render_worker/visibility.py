@@ -68,8 +68,8 @@ def visible_joints(
     Args:
         joints: (18, 3) world frame, metres.
         depth: (height, width) noise-free planar depth, metres, 0 where there is nothing.
-        region: the part of the picture that the depth is of, with each joint's pixel in it (`with_joints`); all of the
-            picture where there is none.
+        region: the part of the picture that the depth covers, with each joint's pixel in it (`with_joints`); by default
+            the whole picture.
 
     Returns:
         (18,).

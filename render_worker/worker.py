@@ -1,4 +1,4 @@
-"""The render worker's process: a renderer behind a socket."""
+"""The process of a render worker: a renderer behind a socket."""
 
 import argparse
 import logging
@@ -38,17 +38,7 @@ logger = logging.getLogger(__name__)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Serve until told to stop; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m render_worker", description="Draws scenes for whoever asks.")
-    parser.add_argument(
-        "--bind", required=True, help="address to serve at, such as ipc:///tmp/render or tcp://127.0.0.1:5601"
-    )
-    parser.add_argument("--config", type=Path, help="the run's configuration (default: every setting's default)")
-    parser.add_argument("--orchestrator", metavar="ADDRESS", help="whom to register with; without it, nobody")
-    parser.add_argument("--name", default="render", help="what the orchestrator calls this worker (default: render)")
-    parser.add_argument("--advertise", metavar="ADDRESS", help=ADVERTISE_HELP)
-    add_security_options(parser)
-    add_http_options(parser)
-    options = parser.parse_args(arguments)
+    options = _parser().parse_args(arguments)
     configure(Role.RENDER)
     try:
         run(
@@ -63,6 +53,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (VantageError, OSError) as error:
         return logged_exit_code_of(error, logger)
     return ExitCode.DONE
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m render_worker", description="Draws scenes on request.")
+    parser.add_argument(
+        "--bind", required=True, help="address to serve at, such as ipc:///tmp/render or tcp://127.0.0.1:5601"
+    )
+    parser.add_argument("--config", type=Path, help="the run's configuration (default: every setting's default)")
+    parser.add_argument("--orchestrator", metavar="ADDRESS", help="where to register (default: nowhere)")
+    parser.add_argument("--name", default="render", help="this worker's name at the orchestrator (default: render)")
+    parser.add_argument("--advertise", metavar="ADDRESS", help=ADVERTISE_HELP)
+    add_security_options(parser)
+    add_http_options(parser)
+    return parser
 
 
 def _config(options: argparse.Namespace) -> RunConfig:
@@ -83,11 +87,11 @@ def run(
     http: Endpoint | None = None,
     name: str = "render",
 ) -> None:
-    """Open a renderer and serve it at `bind`, and how the worker is at `http`.
+    """Open a renderer and serve it at `bind`, and health and metrics at `http`.
 
     Raises:
         NotPermitted: other machines can reach `bind`, and there is no key.
-        AddressUnavailable: an address can't be bound, or the orchestrator's is none.
+        AddressUnavailable: an address can't be bound, or the orchestrator's is invalid.
         Unavailable, ArtifactMissing, ArtifactDamaged: the renderer can't be opened.
     """
     capabilities = {"renderer": "opengl"}
@@ -115,7 +119,7 @@ def run(
 
 
 def draw(request: Render, renderer: Renderer) -> Frame:
-    """The frame that was asked for, packed as it was asked for.
+    """Answer `Render`: the frame, packed as requested.
 
     Raises:
         InvalidInput: as `Renderer.render`.
@@ -132,7 +136,7 @@ def draw(request: Render, renderer: Renderer) -> Frame:
 
 
 def answer_sample(request: SampleScene) -> Sampled:
-    """The scene of a seed and split.
+    """Answer `SampleScene`: the scene of a seed and split.
 
     Raises:
         InvalidInput: as `sample_scene`.
@@ -141,7 +145,7 @@ def answer_sample(request: SampleScene) -> Sampled:
 
 
 def warm_up(renderer: Renderer) -> None:
-    """Draw once, so that shaders are compiled before the first request waits for them."""
+    """Draw once, so that the first request does not wait for shaders to compile."""
     view = CameraPose((3.0, 0.0, 1.5), (0.0, 0.0, 1.0))
     camera = Camera(view, Intrinsics.from_horizontal_fov(64, 48, 70.0))
     renderer.render(sample_scene(0, "train"), camera)

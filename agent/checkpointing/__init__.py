@@ -1,1 +1,1 @@
-"""What a training puts on disk so that it may be killed anywhere and goes on with the same result."""
+"""The files of a training on disk, from which a killed training resumes with the same result."""

@@ -1,7 +1,7 @@
-"""A file that only grows, so that its length names what was in it at a moment.
+"""An append-only file, whose length identifies its content at a moment.
 
-What is added waits in memory until it is written, and is still there if the disk has no room for it. So nothing is lost
-to a full disk, and nothing half written is left behind.
+Added data waits in memory until it is written, and stays there if the disk has no room for it. So a full disk loses
+nothing, and no half-written data is left behind.
 """
 
 import contextlib
@@ -25,7 +25,7 @@ class FileMark(Struct, frozen=True):
 
 
 class AppendOnlyFile:
-    """Open for adding; what is there past `length` bytes is cut off. Every error of the disk is an OSError."""
+    """Open for appending; content past `length` bytes is cut off. Every error of the disk is an OSError."""
 
     def __init__(self, path: Path, length: int = 0) -> None:
         self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
@@ -37,12 +37,12 @@ class AppendOnlyFile:
 
     @property
     def mark(self) -> FileMark:
-        """What is written."""
+        """The mark of the written part."""
         return FileMark(length=self._written, sha256=self._digest.hexdigest())
 
     @property
     def length(self) -> int:
-        """Bytes, those that wait included."""
+        """Bytes, with those that wait in memory."""
         return self._length
 
     def add(self, data: bytes) -> None:
@@ -51,7 +51,7 @@ class AppendOnlyFile:
         self._length += len(data)
 
     def write(self) -> None:
-        """Write what waits, so that readers see it; all of it or, with an OSError, nothing."""
+        """Write the waiting data, so that readers see it; all of it or, with an OSError, nothing."""
         data = b"".join(self._waiting)
         try:
             _write_at(self._descriptor, data, self._written)
@@ -64,17 +64,17 @@ class AppendOnlyFile:
         self._waiting.clear()
 
     def sync(self) -> None:
-        """Write what waits, and see it through to the disk."""
+        """Write the waiting data, and sync it to the disk."""
         self.write()
         os.fsync(self._descriptor)
 
     def close(self) -> None:
-        """Give the file back; what still waits is dropped."""
+        """Close the file; waiting data is dropped."""
         os.close(self._descriptor)
 
 
 def require_intact(path: Path, mark: FileMark) -> None:
-    """Make sure that a file begins with what is marked; it may have grown since.
+    """Make sure that a file begins with the marked content; it may have grown since.
 
     Raises:
         JournalDamaged: it is missing, shorter, or begins otherwise.
@@ -88,12 +88,12 @@ def require_intact(path: Path, mark: FileMark) -> None:
 
 
 def mark_of(path: Path) -> FileMark:
-    """A whole file's."""
+    """The mark of a whole file."""
     return FileMark(length=path.stat().st_size, sha256=sha256(path))
 
 
 def mark_of_bytes(data: bytes) -> FileMark:
-    """A file's that has this content."""
+    """The mark of a file with this content."""
     return FileMark(length=len(data), sha256=hashlib.sha256(data).hexdigest())
 
 

@@ -1,6 +1,6 @@
-"""A checkpoint: a directory with a manifest that says of every file how long it is and what its checksum is.
+"""A checkpoint: a directory with a manifest that has the length and the checksum of every file.
 
-It holds all that the training's future depends on. The replay memory is not in it but named by it: the journal's
+It holds everything that the training's future depends on. The replay memory is not in it but named by it: the journal's
 segments, by length and checksum. Nothing in it is pickled.
 """
 
@@ -26,27 +26,27 @@ from protocol.text import UNDECODABLE
 FORMAT = 1
 MANIFEST, TENSORS, REST, MEASURED = "manifest.json", "state.safetensors", "state.msgpack", "measured.msgpack"
 REPLAY = "replay"
-"""Where a run directory has its replay journal."""
+"""The replay journal's place in a run directory."""
 
 
 class Grown(Struct, frozen=True, kw_only=True):
-    """The files of a run that only grow, as they were at a moment; without a replay journal it has no segments."""
+    """The append-only files of a run, as they were at a moment; without a replay journal there are no segments."""
 
     episodes: FileMark
     replay: tuple[Segment, ...] = ()
 
 
 class Content(Struct, frozen=True, eq=False, kw_only=True):
-    """What is kept of a training between two of its steps.
+    """The content of a checkpoint, taken between two steps.
 
     Attributes:
         step: environment steps flown so far, prefill included.
-        mean_return: over the learner's last flights; none before there are enough of them.
+        mean_return: over the learner's last flights; None before there are enough of them.
         weights: the parameters of all networks.
-        about: what they are, for whoever finds the file.
+        about: a description of them, for readers of the file.
         state: everything else that the future depends on; with the weights, the same in every training of the same
             configuration, however often it was killed.
-        measured: what is not the same again, seconds and the like; only records are made of it.
+        measured: values that differ each time, such as seconds; used in records only.
     """
 
     step: int
@@ -58,7 +58,7 @@ class Content(Struct, frozen=True, eq=False, kw_only=True):
 
 
 class Manifest(Struct, frozen=True, kw_only=True):
-    """What a checkpoint says of itself.
+    """A checkpoint's description of itself.
 
     Attributes:
         config: the settings that the training's result depends on.
@@ -75,7 +75,7 @@ class Manifest(Struct, frozen=True, kw_only=True):
 
 
 class Checkpoint(Struct, frozen=True):
-    """One that is whole, at its place."""
+    """A whole checkpoint in its place."""
 
     path: Path
     manifest: Manifest
@@ -88,7 +88,7 @@ class Checkpoint(Struct, frozen=True):
         """Everything else that the future depends on.
 
         Raises:
-            ArtifactDamaged: it can't be read, though it is what was written.
+            ArtifactDamaged: it can't be read, though its checksum is right.
         """
         try:
             arrays = load_file(self.path / TENSORS)
@@ -97,11 +97,11 @@ class Checkpoint(Struct, frozen=True):
         return join(arrays, (self.path / REST).read_bytes())
 
     def measured(self) -> dict[str, Any]:
-        """What was measured."""
+        """The measured values."""
         return msgspec.msgpack.decode((self.path / MEASURED).read_bytes())
 
     def require_grown(self, run: Path) -> None:
-        """Make sure that what the run directory has beside the checkpoint is at least what it names.
+        """Make sure that the run directory still has the append-only files that the checkpoint names.
 
         Raises:
             JournalDamaged: a file is missing, shorter, or begins otherwise.
@@ -111,7 +111,7 @@ class Checkpoint(Struct, frozen=True):
 
 
 def write_files(directory: Path, content: Content) -> dict[str, FileMark]:
-    """Write weights and state to an empty directory, and say what they are."""
+    """Write weights and state to an empty directory; returns their marks."""
     arrays, rest = split(content.state)
     files = {WEIGHTS: encoded_weights(content.weights, content.about), TENSORS: save(arrays), REST: rest}
     files[MEASURED] = msgspec.msgpack.encode(content.measured)
@@ -121,15 +121,15 @@ def write_files(directory: Path, content: Content) -> dict[str, FileMark]:
 
 
 def write_manifest(directory: Path, manifest: Manifest) -> None:
-    """Write the manifest; it comes last, so that where it is, all is."""
+    """Write the manifest; it comes last, so that a checkpoint with a manifest is whole."""
     (directory / MANIFEST).write_bytes(msgspec.json.format(msgspec.json.encode(manifest)) + b"\n")
 
 
 def read_manifest(directory: Path) -> Manifest:
-    """What a checkpoint says of itself.
+    """A checkpoint's manifest.
 
     Raises:
-        ArtifactDamaged, ArtifactMissing: nothing that can be read.
+        ArtifactDamaged, ArtifactMissing: it can't be read.
         NewerFormat: a later version of Vantage wrote it.
     """
     path = directory / MANIFEST
@@ -146,10 +146,10 @@ def read_manifest(directory: Path) -> Manifest:
 
 
 def read_checkpoint(directory: Path) -> Checkpoint:
-    """The checkpoint of a directory, once all of its files are found to be what they were.
+    """The checkpoint of a directory, with all of its files verified.
 
     Raises:
-        ArtifactDamaged, ArtifactMissing: they are not, or there is no manifest that can be read.
+        ArtifactDamaged, ArtifactMissing: a file differs from its mark, or the manifest can't be read.
         NewerFormat: a later version of Vantage wrote it.
     """
     manifest = read_manifest(directory)
@@ -163,6 +163,6 @@ def read_checkpoint(directory: Path) -> Checkpoint:
 
 
 class _Format(Struct, frozen=True):
-    """As much of a manifest as every version of it has."""
+    """The part of a manifest that every version has."""
 
     format: int

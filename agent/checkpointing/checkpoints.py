@@ -36,7 +36,7 @@ _NAME = re.compile(r"step-\d{9,}")
 
 
 class Checkpoints:
-    """Those in `RUN/checkpoints`."""
+    """The checkpoints in `RUN/checkpoints`."""
 
     def __init__(self, directory: Path, config: RunConfig, failpoint: Failpoint = no_failpoint) -> None:
         self._directory = directory
@@ -44,11 +44,11 @@ class Checkpoints:
         self._reach = failpoint
 
     def newest(self) -> Checkpoint | None:
-        """The newest that is whole; a damaged one is passed over with a warning. None where there are none at all.
+        """The newest whole checkpoint; damaged ones are skipped with a warning. None where there are none at all.
 
         Raises:
             NoWholeCheckpoint: there are some, all damaged.
-            OtherConfig, NewerFormat: the newest whole one is not one for this training to go on from.
+            OtherConfig, NewerFormat: this training can't resume from the newest whole one.
         """
         paths = self._paths()
         for path in reversed(paths):
@@ -64,7 +64,7 @@ class Checkpoints:
         return None
 
     def tidy(self, newest: Checkpoint | None) -> None:
-        """Remove what a killed process has left aside, and the damaged ones that came after the newest whole one."""
+        """Remove unfinished checkpoints of a killed process, and damaged ones after the newest whole one."""
         if not self._directory.is_dir():
             return
         for path in self._directory.glob(".step-*"):
@@ -77,16 +77,16 @@ class Checkpoints:
         """Add a checkpoint, and remove those that are neither among the last ones nor the best.
 
         Args:
-            sync_grown: sees the files that only grow through to the disk, and says how they are.
+            sync_grown: syncs the append-only files to the disk; returns their marks.
 
         Raises:
-            OSError: the disk is full, say; then all is as before.
+            OSError: for example, the disk is full; then everything is as before.
         """
         self._directory.mkdir(exist_ok=True)
         with whole_directory(self._directory / _name(content.step)) as aside:
             self._reach("checkpoint-opened")
             grown = sync_grown()
-            # The names of what has grown, and of the checkpoints' own directory.
+            # The directory entries of these files, and of the checkpoints' own directory.
             sync_directory(self._directory.parent)
             self._reach("checkpoint-journal-synced")
             files = write_files(aside, content)
@@ -108,7 +108,7 @@ class Checkpoints:
         )
 
     def _paths(self) -> list[Path]:
-        """Of all that have a checkpoint's name, oldest first."""
+        """All directories with a checkpoint's name, oldest first."""
         if not self._directory.is_dir():
             return []
         return sorted(
@@ -124,7 +124,7 @@ class Checkpoints:
                 shutil.rmtree(path, ignore_errors=True)
 
     def _best(self, paths: list[Path]) -> Path | None:
-        """Where the last flights went best; of equals, the newest."""
+        """The checkpoint with the best mean return of the last flights; of equals, the newest."""
         best, most = None, -math.inf
         for path in paths:
             with contextlib.suppress(ArtifactError, NewerFormat):

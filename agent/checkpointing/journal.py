@@ -1,7 +1,7 @@
-"""What a training writes down as it goes, for people and for the orchestrator.
+"""The records that a training writes while it runs, for people and for the orchestrator.
 
-Only the finished flights are part of its result. All else may have gaps: where the disk is full, it says so once and
-goes on.
+Only the finished flights are part of its result. Other records may have gaps: where the disk is full, the training
+warns once and continues.
 """
 
 import contextlib
@@ -16,7 +16,7 @@ import msgspec
 from msgspec.structs import replace
 
 from agent.checkpointing.append_only_file import AppendOnlyFile, FileMark
-from agent.observer import NOBODY
+from agent.observer import NO_OBSERVER
 from protocol.artifact import whole_file
 from protocol.records import Episode, Evaluation, Progress, Summary
 from protocol.system.process_start import own_start
@@ -34,9 +34,9 @@ class Journal:
 
     Args:
         run: the run directory.
-        episodes: bytes of the finished flights that a training goes on from; by default, all that are there.
-        flown: environment steps that it goes on from; points of curves beyond them are taken back.
-        on_progress: told of each line of progress, whether or not the disk has room for it.
+        episodes: bytes of the finished flights that a training resumes from; by default, all of the file.
+        flown: environment steps that it resumes from; later points of curves are removed.
+        on_progress: called with each line of progress, whether or not the disk has room for it.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Journal:
         *,
         episodes: int | None = None,
         flown: int = 0,
-        on_progress: Callable[[Progress], None] = NOBODY.progress,
+        on_progress: Callable[[Progress], None] = NO_OBSERVER.progress,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._run = run
@@ -59,9 +59,9 @@ class Journal:
         self._clock = clock
 
     def progress(self, progress: Progress) -> None:
-        """Add a line on where the training stands; readers see it, and all episodes so far, at once.
+        """Add a line on how far the training is; readers see it, and all episodes so far, at once.
 
-        It tells who wrote it, and when by a clock that nobody sets: whoever reads it has to know which agent said so.
+        It names the process that wrote it, and the time by a steady clock, so that readers know which agent wrote it.
         """
         _add_line(self._progress, replace(progress, process=self._process, steady=self._clock()))
         self._try(self._progress.write)
@@ -77,10 +77,10 @@ class Journal:
         self._try(lambda: self._draw(step, values))
 
     def sync(self) -> FileMark:
-        """See the finished flights through to the disk, and say what there is of them.
+        """Sync the finished flights to the disk; returns the file's mark.
 
         Raises:
-            OSError: the disk is full, say; what was not written is kept for the next time.
+            OSError: for example, the disk is full; unwritten lines are kept for the next time.
         """
         self._episodes.sync()
         if self._curves is not None:
@@ -88,7 +88,7 @@ class Journal:
         return self._episodes.mark
 
     def summary(self, summary: Summary) -> None:
-        """Write how the training ended."""
+        """Write the summary of the training."""
         write_record(self._run / "summary.json", summary)
 
     def close(self) -> None:
@@ -109,7 +109,7 @@ class Journal:
 
     def _draw(self, step: int, values: Mapping[str, float]) -> None:
         if self._curves is None:
-            # Only here, since it loads torch, and an evaluation draws no curves.
+            # Imported here, since it loads torch, and an evaluation draws no curves.
             from torch.utils.tensorboard.writer import SummaryWriter
 
             self._curves = SummaryWriter(log_dir=str(self._run / "tensorboard"), purge_step=self._flown + 1)
@@ -118,12 +118,12 @@ class Journal:
         self._flown = step
 
     def _try(self, write: Callable[[], None]) -> None:
-        """Write what is not worth to end a training for."""
+        """Write a record whose loss must not end a training."""
         try:
             write()
         except OSError as error:
             if not self._failing:
-                _log.warning("can't write down how the training goes, going on without: %s", error)
+                _log.warning("can't write records of the training, continuing without: %s", error)
             self._failing = True
             self._give_up_curves()
         else:

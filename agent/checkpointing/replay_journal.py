@@ -1,7 +1,7 @@
-"""Every step that an off-policy learner has observed, in order, in files that only grow.
+"""Every step that an off-policy learner has observed, in order, in append-only files.
 
-A step of all drones is a row of fixed size. A checkpoint names the journal by its segments' lengths and checksums,
-which costs the same however much is in it; the replay memory is the journal's end, and is filled from there.
+A step of all drones is a row of fixed size. A checkpoint names the journal by its segments' lengths and checksums, at
+the same cost for any size; the replay memory is the end of the journal, and is filled from there.
 """
 
 from collections.abc import Iterator, Sequence
@@ -29,7 +29,7 @@ class Segment(Struct, frozen=True):
 
 
 def row_type(drones: int) -> np.dtype[Any]:
-    """A step of so many drones, as it lies in the files: little-endian, without gaps."""
+    """A step of `drones` drones as stored in the files: little-endian, without gaps."""
     one = {
         "observations": ("<f4", (OBSERVATION_SIZE,)),
         "actions": ("<f4", (ACTION_SIZE,)),
@@ -52,7 +52,7 @@ def require_segments(directory: Path, segments: Sequence[Segment]) -> None:
 
 
 class ReplayJournal:
-    """Open for adding; what came after `segments` is removed."""
+    """Open for appending; content after `segments` is removed."""
 
     def __init__(
         self, directory: Path, drones: int, segments: Sequence[Segment] = (), *, segment_bytes: int = SEGMENT_BYTES
@@ -79,10 +79,10 @@ class ReplayJournal:
         self._open[-1][1].add(row.tobytes())
 
     def sync(self) -> tuple[Segment, ...]:
-        """See all of it through to the disk, and say what there is.
+        """Sync all of it to the disk; returns the segments.
 
         Raises:
-            OSError: the disk is full, say; what was not written is kept for the next time.
+            OSError: for example, the disk is full; unwritten rows are kept for the next time.
         """
         while len(self._open) > 1:
             name, file = self._open[0]
@@ -108,7 +108,7 @@ class ReplayJournal:
                 yield _transition(np.fromfile(path, self._type, count=count - first, offset=offset))
 
     def close(self) -> None:
-        """Give the files back; what was not synced is dropped."""
+        """Close the files; rows that were not synced are dropped."""
         for _, file in self._open:
             file.close()
 
@@ -121,7 +121,7 @@ class ReplayJournal:
         self.close()
 
     def _begin(self, length: int) -> None:
-        """Open the next segment, which has so many bytes already."""
+        """Open the next segment, which has `length` bytes already."""
         name = f"{len(self._finished) + len(self._open):06d}.bin"
         self._open.append((name, AppendOnlyFile(self._directory / name, length)))
 

@@ -1,6 +1,6 @@
-"""A training of a run directory: gone on with from its newest checkpoint, or begun where there is none.
+"""The training of a run directory: resumed from its newest checkpoint, or begun where there is none.
 
-What a checkpoint needs is checked first, all of it. Only then is anything changed: what came after it is cut off.
+Everything a checkpoint needs is checked first. Only then is anything changed: records after the checkpoint are cut off.
 """
 
 from collections.abc import Callable, Generator
@@ -15,7 +15,7 @@ from agent.checkpointing.run_lock import sole_training
 from agent.environment.vector_hover import VectorHover
 from agent.learning.learner import Learner
 from agent.logbook import Clocks
-from agent.observer import NOBODY, Observer
+from agent.observer import NO_OBSERVER, Observer
 from agent.training import Records, Training
 from protocol.config import RunConfig
 from protocol.failpoint import Failpoint, no_failpoint
@@ -31,9 +31,9 @@ def open_training(
     clocks: Clocks,
     stop: Callable[[], bool],
     failpoint: Failpoint = no_failpoint,
-    observer: Observer = NOBODY,
+    observer: Observer = NO_OBSERVER,
 ) -> Generator[Training]:
-    """A training where it was left.
+    """The training of a run, where it was left.
 
     Raises:
         ResumeRefused, RunInUse: see `agent.errors`; nothing was changed.
@@ -45,14 +45,15 @@ def open_training(
         if newest is not None:
             newest.require_grown(run)
         checkpoints.tidy(newest)
-        replay = _open_replay(run, config, newest, opened) if learner.off_policy else None
+        replay = None
+        if learner.off_policy:
+            replay = opened.enter_context(_open_replay(run, config, newest))
         journal = opened.enter_context(_open_journal(run, newest, observer))
-        records = Records(run=run, journal=journal, replay=replay, checkpoints=checkpoints)
         training = Training(
             config,
             env=env,
             learner=learner,
-            records=records,
+            records=Records(run=run, journal=journal, replay=replay, checkpoints=checkpoints),
             clocks=clocks,
             stop=stop,
             failpoint=failpoint,
@@ -64,12 +65,12 @@ def open_training(
 
 
 def _open_journal(run: Path, newest: Checkpoint | None, observer: Observer) -> Journal:
-    """Cut back to what the checkpoint names; to nothing where there is none."""
+    """The journal, cut back to the checkpoint, or emptied where there is none."""
     episodes, flown = (newest.manifest.grown.episodes.length, newest.manifest.step) if newest else (0, 0)
     return Journal(run, episodes=episodes, flown=flown, on_progress=observer.progress)
 
 
-def _open_replay(run: Path, config: RunConfig, newest: Checkpoint | None, opened: ExitStack) -> ReplayJournal:
-    """Cut back likewise."""
+def _open_replay(run: Path, config: RunConfig, newest: Checkpoint | None) -> ReplayJournal:
+    """The replay journal, cut back likewise."""
     segments = newest.manifest.grown.replay if newest else ()
-    return opened.enter_context(ReplayJournal(run / REPLAY, config.environment.num_envs, segments))
+    return ReplayJournal(run / REPLAY, config.environment.num_envs, segments)

@@ -1,7 +1,7 @@
-"""What of a configuration a training comes to depend on: that much must be the same to go on with it.
+"""The settings that a training's result depends on: they must be the same to resume it.
 
-Left out are clocks, restarts, numbers of workers, the evaluation, and how long the training is to be, so that a run may
-be made longer and moved to a larger machine. Files count by what is in them, so that they may be moved as well.
+Left out are clocks, restarts, numbers of workers, the evaluation, and the length of the training, so that a run may be
+made longer and moved to a larger machine. Files count by their content, so that they may be moved as well.
 """
 
 from collections.abc import Iterator
@@ -30,7 +30,7 @@ _OF_NO_MATTER = (
 
 
 def fingerprint(config: RunConfig) -> dict[str, Any]:
-    """Those settings as plain values, nested as in the configuration; checksums of files stand for their paths."""
+    """The settings that matter, as plain values nested as in the configuration; checksums stand for paths of files."""
     settings = msgspec.to_builtins(with_content(config, config.artifacts))
     for name in _OF_NO_MATTER:
         section, _, setting = name.rpartition(".")
@@ -39,10 +39,10 @@ def fingerprint(config: RunConfig) -> dict[str, Any]:
 
 
 def require_same(recorded: dict[str, Any], config: RunConfig, whose: str) -> None:
-    """Make sure that `recorded` essentials are this configuration's; settings that it does not know had their defaults.
+    """Make sure that a recorded fingerprint is this configuration's; settings missing from it had their defaults.
 
     Raises:
-        OtherConfig: they are not; the message names what differs.
+        OtherConfig: it is not; the message names the differences.
     """
     try:
         before = fingerprint(msgspec.convert(recorded, RunConfig))
@@ -59,7 +59,7 @@ def require_same(recorded: dict[str, Any], config: RunConfig, whose: str) -> Non
 
 
 def _may_be_same(old: str | None, new: str | None) -> bool:
-    """Whether two paths of unknown content are of one name: before checksums were recorded, folders said nothing."""
+    """Whether two paths of unknown content have the same file name: older versions recorded no checksums."""
     unknown = [path for path in (old, new) if path is not None and not is_checksum(path)]
     return len(unknown) == 2 and Path(unknown[0]).name == Path(unknown[1]).name
 

@@ -11,7 +11,7 @@ from agent.errors import RunInUse
 
 @contextmanager
 def sole_training(checkpoints: Path) -> Generator[None]:
-    """Hold a run's directory of checkpoints, which is made if need be; the system lets go of it however we end.
+    """Lock a run's directory of checkpoints, made if missing; the system releases the lock however the process ends.
 
     Raises:
         RunInUse: another process holds it.

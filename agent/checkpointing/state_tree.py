@@ -1,4 +1,4 @@
-"""Nested state as two files' content: arrays by name, and the rest as msgpack. Nothing in it runs when it is read."""
+"""Nested state as two files' content: arrays by name, and the rest as msgpack. Reading it executes nothing."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from protocol.errors import ArtifactDamaged, InvalidInput
 
 _TENSOR, _ARRAY, _INTEGER = 1, 2, 3
-"""What msgpack has no type for: a torch tensor and a NumPy array, by their names, and an integer past 64 bits."""
+"""Extension types of msgpack: a torch tensor and a NumPy array, by their names, and an integer past 64 bits."""
 
 
 def split(state: dict[str, Any]) -> tuple[dict[str, NDArray[Any]], bytes]:
@@ -25,12 +25,12 @@ def split(state: dict[str, Any]) -> tuple[dict[str, NDArray[Any]], bytes]:
 
 
 def join(arrays: dict[str, NDArray[Any]], rest: bytes) -> dict[str, Any]:
-    """What was split; tuples have become lists.
+    """The nested state that was split; tuples have become lists.
 
     Raises:
         ArtifactDamaged: an array is missing, or `rest` is not what `split` gave.
     """
-    # Only here, since it takes seconds to load and who has a state to join has it anyway.
+    # Imported here, since torch takes seconds to load; a process with a state to join has loaded it anyway.
     import torch
 
     def value_of(code: int, data: memoryview) -> Any:

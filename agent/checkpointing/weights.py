@@ -1,4 +1,4 @@
-"""A learner's parameters as a file: whole or not there, nothing in it that runs, and the same bytes for the same."""
+"""A learner's parameters as a file: written whole, nothing in it executes, and equal parameters give equal bytes."""
 
 from pathlib import Path
 from typing import Any
@@ -17,14 +17,14 @@ _ABOUT = "about"
 
 
 def save_weights(path: Path, weights: dict[str, NDArray[Any]], about: dict[str, str]) -> None:
-    """Write the parameters and, as text, what they are `about`; the file before stands until this one is whole."""
+    """Write the parameters and, as text, what they are `about`; the file is replaced whole."""
     with whole_file(path) as aside:
         aside.write_bytes(encoded_weights(weights, about))
 
 
 def encoded_weights(weights: dict[str, NDArray[Any]], about: dict[str, str]) -> bytes:
     """The file's content."""
-    # In one entry, since safetensors writes entries in an order that is another in each process.
+    # In one entry, since safetensors orders entries differently in each process.
     return save(weights, metadata={_ABOUT: msgspec.json.encode(about, order="sorted").decode()})
 
 

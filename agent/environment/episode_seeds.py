@@ -1,4 +1,4 @@
-"""Which seed an episode has: a function of the run's seed and of the episode's number, and of nothing else."""
+"""The seeds of episodes: functions of the run's seed and of the episode's number alone."""
 
 import operator
 from collections.abc import Iterable
@@ -9,13 +9,13 @@ import numpy as np
 from protocol.errors import InvalidInput
 
 SEED_LIMIT = 2**31
-"""Seeds that are drawn are below."""
+"""Drawn seeds are below it."""
 
 _LARGEST = 2**63 - 1
-"""What a scene's seed may be on its way to a render worker, and in a checkpoint."""
+"""The largest seed of a scene on its way to a render worker, and in a checkpoint."""
 
 GivenSeed: TypeAlias = SupportsIndex | Iterable[SupportsIndex | None] | None
-"""What Gymnasium's vector environments take for a seed: one, or one or none for each of them, or none at all."""
+"""Seeds as Gymnasium's vector environments take them: one, a sequence with one or None for each, or None."""
 
 
 def episode_seed(run_seed: int, number: int) -> int:
@@ -24,15 +24,15 @@ def episode_seed(run_seed: int, number: int) -> int:
 
 
 def drawn_seed(rng: np.random.Generator) -> int:
-    """A seed for where none was given."""
+    """A drawn seed, where none was given."""
     return int(rng.integers(SEED_LIMIT))
 
 
 def require_seed(seed: object) -> int:
-    """A seed that was given, as Python's whole number.
+    """A given seed, as Python's int.
 
     Raises:
-        InvalidInput: it is no whole number, or not from 0 to 2⁶³ - 1.
+        InvalidInput: it is not a whole number from 0 to 2⁶³ - 1.
     """
     try:
         number = operator.index(seed)  # type: ignore[arg-type]
@@ -44,10 +44,10 @@ def require_seed(seed: object) -> int:
 
 
 def require_seeds(seed: GivenSeed, drones: int) -> int | list[int | None] | None:
-    """What was given as seed for several drones: a run's seed, or for each drone its episode's, or none.
+    """The seed given for several drones: a run's seed, or for each drone its episode's or None.
 
     Raises:
-        InvalidInput: a seed is none, or there are more or fewer than drones.
+        InvalidInput: a seed is invalid, or their number is not that of the drones.
     """
     if seed is None:
         return None

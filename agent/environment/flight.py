@@ -1,8 +1,8 @@
 """One episode, step by step, as plain values.
 
-A `Flight` is all that an episode's future depends on: keep it, and the episode goes on from there as if never left.
-A step has two halves: the drone moves, which settles whether the flight is over, and then it looks. A flight that
-ends by coming too close or leaving takes no more pictures: what the filter knew before stands.
+An episode's future depends on its `Flight` alone: an episode continues from a stored one as if never interrupted.
+A step has two halves: the drone moves, which settles whether the flight is over, and then the person's pose is
+estimated. A flight that ends by coming too close or leaving takes no more pictures: its filter stays as it was.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ from protocol.scene import Scene
 from protocol.skeleton import JOINT_COUNT, weighted_uncertainty
 
 _START = 0x57A27
-"""Keeps the stream that a start is drawn from apart from the one that draws the scene of the same seed."""
+"""Separates the random stream of starts from the one that draws the scene of the same seed."""
 
 
 class Flight(Struct, frozen=True, eq=False, kw_only=True):
@@ -81,9 +81,9 @@ def move(config: EnvironmentConfig, flight: Flight, velocity: Float64Array) -> F
     return replace(flight, position=position, outcome=outcome, steps=steps)
 
 
-def with_observation(flight: Flight, observation: PoseEstimate) -> Flight:
-    """The flight after a picture."""
-    return replace(flight, filter=observation.filter, quality=observation.quality)
+def with_estimate(flight: Flight, estimate: PoseEstimate) -> Flight:
+    """The flight after a picture, whose estimate brings the filter and the quality."""
+    return replace(flight, filter=estimate.filter, quality=estimate.quality)
 
 
 def with_reward(config: EnvironmentConfig, flight: Flight) -> tuple[Flight, float]:
@@ -106,5 +106,5 @@ def camera_of(config: EnvironmentConfig, flight: Flight) -> Camera:
 
 
 def succeeded(outcome: Outcome, uncertainty: float, threshold: float) -> bool:
-    """Whether a flight ended well: in one piece, and with the person seen with less uncertainty than `threshold`."""
+    """Whether a flight succeeded: it did not crash, and its last uncertainty is below `threshold`."""
     return outcome == "truncated" and uncertainty < threshold

@@ -6,12 +6,12 @@ import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
 
+from agent.environment.arguments import require_no_rendering, require_split
 from agent.environment.episode_seeds import drawn_seed, require_seed
-from agent.environment.flight import Flight, camera_of, move, take_off, with_observation, with_reward
-from agent.environment.made_with import require_no_rendering, require_split
+from agent.environment.flight import Flight, camera_of, move, take_off, with_estimate, with_reward
 from agent.environment.reset_options import require_no_options
 from agent.environment.sensor import Sensor
-from agent.environment.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
+from agent.environment.spaces import ACTION_SIZE, action_space, observation_of, observation_space, require_actions
 from agent.environment.stages import StageTimes, times_of
 from protocol.arrays import Float32Array
 from protocol.config import EnvironmentConfig
@@ -49,10 +49,10 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
         split: Split = "train",
         render_mode: str | None = None,
     ) -> None:
-        """Refuse what can't be had.
+        """Check the arguments.
 
         Args:
-            render_mode: Gymnasium's; there is none but None.
+            render_mode: Gymnasium's; only None is offered.
 
         Raises:
             InvalidInput: another split, or a render mode.
@@ -72,7 +72,7 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
         """Begin the episode of `seed`, or of one drawn from the last seed that was given.
 
         Raises:
-            InvalidInput: the seed is no whole number from 0 on, or there are options.
+            InvalidInput: the seed is not a whole number of 0 or more, or there are options.
             CallFailed: no worker answered.
         """
         require_no_options(options)
@@ -80,31 +80,31 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
         super().reset(seed=given)
         episode_seed = drawn_seed(self.np_random) if given is None else given
         flight = take_off(self.config, episode_seed, self._sensor.sample(episode_seed, self._split))
-        self.flight, times = self._look(flight)
-        return observed(self.flight), info_of(self.flight, times)
+        self.flight, times = self._observe(flight)
+        return observation_of(self.flight), info_of(self.flight, times)
 
     def step(self, action: Float32Array) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
-        """Fly for one step and look.
+        """Fly for one step and observe the person.
 
         Raises:
-            InvalidInput: the action is not three finite numbers; the episode stands as it was.
-            CallFailed: no worker answered; the episode stands as it was.
+            InvalidInput: the action is not three finite numbers; the episode stays as it was.
+            CallFailed: no worker answered; the episode stays as it was.
         """
         if self.flight is None or self.flight.over:
             raise ResetNeeded("the episode is over, or none was begun: call reset() first")
         flight = move(self.config, self.flight, require_actions(action, (ACTION_SIZE,)))
-        flight, times = (flight, StageTimes({})) if flight.ended_badly else self._look(flight)
+        flight, times = (flight, StageTimes({})) if flight.ended_badly else self._observe(flight)
         flight, reward = with_reward(self.config, flight)
         self.flight = flight
-        return observed(flight), reward, flight.ended_badly, flight.outcome == "truncated", info_of(flight, times)
+        return observation_of(flight), reward, flight.ended_badly, flight.outcome == "truncated", info_of(flight, times)
 
-    def _look(self, flight: Flight) -> tuple[Flight, StageTimes]:
-        look = self._sensor.look(flight.scene, camera_of(self.config, flight), flight.filter)
-        return with_observation(flight, look.result()), times_of(look)
+    def _observe(self, flight: Flight) -> tuple[Flight, StageTimes]:
+        estimate = self._sensor.observe(flight.scene, camera_of(self.config, flight), flight.filter)
+        return with_estimate(flight, estimate.result()), times_of(estimate)
 
 
 def info_of(flight: Flight, times: StageTimes) -> dict[str, Any]:
-    """What a step tells beside the observation; nothing in it is shared with the episode's state.
+    """A step's info beside the observation; nothing in it is shared with the episode's state.
 
     `outcome`, `uncertainty` (weighted, 0 to 10), `quality` (18,), `position` (metres), `timings` (seconds by stage, of
     the picture if one was taken); of the episode so far its `seed`, `length` in steps and `total_reward`.

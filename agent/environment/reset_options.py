@@ -1,4 +1,4 @@
-"""What Gymnasium's `reset` may be told in `options`: which drones of several begin anew, and nothing else."""
+"""The `options` of Gymnasium's `reset`: a mask of the drones that begin anew, and nothing else."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -9,7 +9,7 @@ from protocol.arrays import AnyArray, BoolArray
 from protocol.errors import InvalidInput
 
 RESET_MASK = "reset_mask"
-"""Gymnasium's name for which environments of a vector begin anew."""
+"""Gymnasium's name of the mask of environments that begin anew."""
 
 
 def require_no_options(options: Mapping[str, Any] | None) -> None:

@@ -1,4 +1,4 @@
-"""How the drone sees: scenes come from the render workers, pictures are made sense of by the perception workers."""
+"""The drone's sensor: scenes come from the render workers, pose estimates from the perception workers."""
 
 from typing import Any, Protocol
 
@@ -11,19 +11,19 @@ from protocol.scene import Scene, Split
 
 
 class Sensor(Protocol):
-    """What an environment needs of the outside world."""
+    """What an environment needs from outside: scenes, and estimates of a person's pose."""
 
     def sample(self, seed: int, split: Split) -> Scene:
         """The scene of a seed; always the same one."""
         ...
 
-    def look(self, scene: Scene, camera: Camera, filter_state: FilterState) -> Pending[PoseEstimate]:
-        """Start to take a picture and to estimate the pose in it; many may be under way at once."""
+    def observe(self, scene: Scene, camera: Camera, filter_state: FilterState) -> Pending[PoseEstimate]:
+        """Request a picture and the pose estimate in it; many requests may be under way at once."""
         ...
 
 
 class RemoteSensor:
-    """A sensor made of worker processes. The pools stay their owner's to close."""
+    """A sensor made of worker processes. The owner of the pools closes them."""
 
     def __init__(self, render: Pool, perception: Pool) -> None:
         self._render = render
@@ -33,8 +33,8 @@ class RemoteSensor:
         """Ask a render worker for the scene of a seed."""
         return self._render.call(SampleScene(seed=seed, split=split)).scene
 
-    def look(self, scene: Scene, camera: Camera, filter_state: FilterState) -> Pending[PoseEstimate]:
-        """Ask a perception worker for an observation; it has the picture rendered."""
+    def observe(self, scene: Scene, camera: Camera, filter_state: FilterState) -> Pending[PoseEstimate]:
+        """Ask a perception worker for an estimate; it has the picture rendered."""
         return self._perception.submit(Observe(scene=scene, camera=camera, filter=filter_state))
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "RemoteSensor":

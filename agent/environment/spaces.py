@@ -1,4 +1,4 @@
-"""What a policy sees and what it may do, as numbers and as Gymnasium's spaces."""
+"""Observations and actions of a policy, as numbers and as Gymnasium's spaces."""
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -34,8 +34,8 @@ def action_space() -> Box[np.float32]:
     return Box(-MAX_SPEED, MAX_SPEED, (ACTION_SIZE,), np.float32)
 
 
-def observed(flight: Flight) -> Float32Array:
-    """(111,) what the policy sees: 54 filtered coordinates, 54 posterior variances, the drone's position.
+def observation_of(flight: Flight) -> Float32Array:
+    """(111,) the policy's observation: 54 filtered coordinates, 54 posterior variances, the drone's position.
 
     In m and m², cut to the observation space's bounds. Source: thesis, section 4.3.1.
     """
@@ -44,7 +44,7 @@ def observed(flight: Flight) -> Float32Array:
 
 
 def require_actions(actions: ArrayLike, shape: tuple[int, ...]) -> Float64Array:
-    """Return `actions` as an array of `shape`; values beyond the limits are let through, since the drone cuts them.
+    """Return `actions` as an array of `shape`; values beyond the limits are allowed, since the drone cuts them.
 
     Raises:
         InvalidInput: another shape, no numbers, or a value that is not finite.

@@ -1,4 +1,4 @@
-"""How long each stage of a step took."""
+"""The seconds that each stage of a step took."""
 
 import math
 import statistics
@@ -12,7 +12,7 @@ from protocol.records import Stage
 
 
 class StageTimes(Mapping[Stage, float]):
-    """Seconds by stage of one picture.
+    """Seconds by stage of one estimate.
 
     Any two are equal: the same step flown again is the same step, however long it took.
     """
@@ -39,13 +39,13 @@ class StageTimes(Mapping[Stage, float]):
         return f"StageTimes({self._seconds})"
 
 
-def times_of(look: Pending[PoseEstimate]) -> StageTimes:
-    """The stages of a picture that has come back; `transport` is that of both hops, and of packing on the way."""
-    measured = look.result().timings
+def times_of(estimate: Pending[PoseEstimate]) -> StageTimes:
+    """The stages of an estimate that has come; `transport` is that of both hops, and of packing on the way."""
+    measured = estimate.result().timings
     stages: tuple[Stage, ...] = get_args(Stage)
     seconds: dict[Stage, float] = {stage: measured[stage] for stage in stages if stage in measured}
     on_the_way = sum(measured.get(part, 0.0) for part in ("transport", "pack", "unpack"))
-    seconds["transport"] = on_the_way + look.timing.transport
+    seconds["transport"] = on_the_way + estimate.timing.transport
     return StageTimes(seconds)
 
 
@@ -62,15 +62,15 @@ class StageMedians:
                 self._recent[stage].append(seconds)
 
     def state(self) -> dict[Stage, list[float]]:
-        """What the medians are of."""
+        """The values that the medians are computed from."""
         return {stage: list(recent) for stage, recent in self._recent.items()}
 
     def restore(self, state: Mapping[Stage, list[float]]) -> None:
-        """Go on from a `state`."""
+        """Continue from a `state`."""
         for stage, recent in self._recent.items():
             recent.clear()
             recent.extend(state[stage])
 
     def medians(self) -> dict[Stage, float]:
-        """Seconds a step, of the stages that were met."""
+        """Median seconds of the stages that have values."""
         return {stage: statistics.median(recent) for stage, recent in self._recent.items() if recent}

@@ -1,9 +1,9 @@
-"""Several drones at once, each with a person of its own, all their pictures under way at the same time.
+"""Several drones at once, each with a person of its own, all their pose estimates under way at the same time.
 
-Whether a flight is over is settled by its move, before any picture is taken. So the last pictures of finished flights
-and the first ones of those that follow go out together, and nothing depends on the order in which answers come back.
-The first picture of the episode that begins next is asked for while the others fly. And drones whose pictures are there
-may fly on while those of the others come, so that the workers never wait for whoever decides.
+A flight's move settles whether it is over, before any picture is taken. So the last estimates of finished flights and
+the first ones of those that follow are requested together, and nothing depends on the order in which answers come back.
+The first estimate of the next episode is requested while the others fly. Drones whose estimates are there may fly on
+while those of the others come, so that the workers never wait for the policy.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,17 +16,17 @@ from gymnasium.vector.utils import batch_space
 from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
+from agent.environment.arguments import require_autoreset, require_drones, require_no_rendering, require_split
 from agent.environment.episode_seeds import GivenSeed, drawn_seed, episode_seed, require_seeds
 from agent.environment.flight import Flight, move, take_off, with_reward
 from agent.environment.flight_state import flight_of, flight_state
 from agent.environment.hover import info_of
-from agent.environment.looking import Looking, look_from
-from agent.environment.made_with import require_autoreset, require_drones, require_no_rendering, require_split
+from agent.environment.pending_flight import PendingFlight, request_estimate
+from agent.environment.prefetch import EpisodePrefetch
 from agent.environment.reset_options import reset_mask
 from agent.environment.sensor import Sensor
-from agent.environment.spaces import ACTION_SIZE, action_space, observation_space, observed, require_actions
+from agent.environment.spaces import ACTION_SIZE, action_space, observation_of, observation_space, require_actions
 from agent.environment.stages import StageTimes
-from agent.environment.upcoming import Upcoming
 from protocol.arrays import BoolArray, Float32Array, Float64Array
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
@@ -35,16 +35,16 @@ from protocol.scene import Split
 StepResult: TypeAlias = tuple[Float32Array, Float64Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]
 
 
-class _UnderWay(Struct, frozen=True, eq=False):
-    """One drone's step: its flight, the one that follows where that is over, and whether it flew at all."""
+class _PendingStep(Struct, frozen=True, eq=False):
+    """One drone's step: its flight, the flight that follows a finished one, and whether it flew at all."""
 
-    looking: Looking
-    following: Looking | None
+    pending: PendingFlight
+    following: PendingFlight | None
     flew: bool
 
 
-class _Landed(Struct, frozen=True, eq=False):
-    """One drone's step with its pictures back, and what the drone sees now: in its next flight, where that is over."""
+class _FinishedStep(Struct, frozen=True, eq=False):
+    """One drone's step with its estimates, and the drone's observation: of the next flight after a finished one."""
 
     flight: Flight
     reward: float
@@ -77,13 +77,13 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
         render_mode: str | None = None,
     ) -> None:
-        """Refuse what can't be had.
+        """Check the arguments.
 
         Args:
             num_envs: drones; the configuration's, if none is given.
             autoreset_mode: whether a flight is followed by the next in the same step, or not at all; Gymnasium's, or
                 its name there.
-            render_mode: Gymnasium's; there is none but None.
+            render_mode: Gymnasium's; only None is offered.
 
         Raises:
             InvalidInput: another split, number of drones or autoreset mode, or a render mode.
@@ -104,7 +104,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         self._follows = mode is AutoresetMode.SAME_STEP
         self._run_seed = 0
         self._begun = 0
-        self._upcoming = Upcoming()
+        self._prefetch = EpisodePrefetch()
         self._drop_steps()
 
     def reset(
@@ -116,38 +116,38 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
             seed: the run's, from which follow those of its episodes 0, 1, 2, …; or the first episodes' own, one a
                 drone; or none, to go on with the run's next episodes, as does a drone whose own is None.
             options: `{"reset_mask": (n,) bool}` begins an episode on the drones for which it is true: each the one
-                that it would begin by this seed if all did. The others fly on as if nothing were; infos tell of those
-                that began. Gymnasium's own vector environments do the same.
+                that it would begin by this seed if all did. The others fly on undisturbed; infos describe those that
+                began. Gymnasium's own vector environments do the same.
 
         Raises:
-            InvalidInput: a seed is no whole number from 0 on, or one is missing; there is another option, or the mask
-                is none. The episodes stand as they were.
+            InvalidInput: a seed is not a whole number of 0 or more, or one is missing; there is another option, or the
+                mask is invalid. The episodes stay as they were.
             ResetNeeded: some drones are to begin anew before all have begun.
             AlreadyPendingCallError: some are to while a step of all is under way.
-            CallFailed: a picture did not come; the flights stand as they were.
+            CallFailed: an estimate did not come; the flights stay as they were.
         """
         seeds, begins = require_seeds(seed, self.num_envs), reset_mask(options, self.num_envs)
         self._require_others_at_rest(begins)
         self._drop_steps()
-        self._upcoming.forget()
+        self._prefetch.forget()
         if not isinstance(seeds, list) or (None in seeds and not self.flights):
             self._begin_run(seeds if isinstance(seeds, int) else None)
         numbered = self._first_seeds(seeds, begins)
-        looking = {drone: self._looking(self._taken_off(one)) for drone, one in numbered.items()}
-        landed = {drone: self._land(_UnderWay(one, None, flew=False)) for drone, one in looking.items()}
+        pending = {drone: self._requested(self._taken_off(one)) for drone, one in numbered.items()}
+        finished = {drone: self._finish(_PendingStep(one, None, flew=False)) for drone, one in pending.items()}
         self.flights = tuple(
-            landed[drone].flight if drone in landed else self.flights[drone] for drone in range(self.num_envs)
+            finished[drone].flight if drone in finished else self.flights[drone] for drone in range(self.num_envs)
         )
-        self._begun += self.num_envs if isinstance(seeds, int) else len(landed)
-        return self.observations, self._infos(landed)
+        self._begun += self.num_envs if isinstance(seeds, int) else len(finished)
+        return self.observations, self._infos(finished)
 
     @property
     def observations(self) -> Float32Array:
-        """(n, 111) what every drone sees now."""
-        return np.stack([observed(flight) for flight in self.flights])
+        """(n, 111) the current observation of every drone."""
+        return np.stack([observation_of(flight) for flight in self.flights])
 
     def state(self) -> dict[str, Any]:
-        """All that the episodes' future depends on, between two steps: arrays and plain values, nested."""
+        """Everything the episodes' future depends on, between two steps: arrays and plain values, nested."""
         return {
             "run_seed": self._run_seed,
             "begun": self._begun,
@@ -156,9 +156,9 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state` of an environment of the same configuration."""
+        """Continue from a `state` of an environment of the same configuration."""
         self._drop_steps()
-        self._upcoming.forget()
+        self._prefetch.forget()
         self._run_seed, self._begun = state["run_seed"], state["begun"]
         self.flights = tuple(flight_of(flight) for flight in state["flights"])
         for name, rng in self._generators().items():
@@ -166,14 +166,14 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
 
     @property
     def is_under_way(self) -> bool:
-        """Whether a step was sent, or begun by `fly_on`, and not received yet."""
+        """Whether a step was sent, or begun by `fly_on`, and not yet received."""
         return bool(self._under_way)
 
     def send(self, actions: ArrayLike) -> None:
-        """Fly every drone for a step and start all the pictures that it takes.
+        """Fly every drone for a step and request all its estimates.
 
         Raises:
-            InvalidInput: an action is not three finite numbers; the episodes stand as they were.
+            InvalidInput: an action is not three finite numbers; the episodes stay as they were.
         """
         if not self.flights:
             raise ResetNeeded("no episode was begun: call reset() first")
@@ -182,70 +182,70 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         self._under_way = self._sent(self.flights, require_actions(actions, (self.num_envs, ACTION_SIZE)))
 
     def receive_first(self, drones: int) -> tuple[Float32Array, tuple[Flight, ...]]:
-        """Wait for the pictures of the first so many drones: what they see now (k, 111), and their flights.
+        """Wait for the estimates of the first `drones` drones; returns their observations (k, 111) and flights.
 
         The step is over once `receive` has the others as well; until then `flights` and `state` are those before it.
 
         Raises:
-            CallFailed: a picture did not come; see `receive`.
+            CallFailed: an estimate did not come; see `receive`.
         """
         if not self._under_way:
             raise NoAsyncCallError("no step is under way: call send() first", "receive_first")
         self._prepare()
         try:
-            while len(self._landed) < drones:
-                self._landed.append(self._land(self._under_way[len(self._landed)]))
+            while len(self._finished) < drones:
+                self._finished.append(self._finish(self._under_way[len(self._finished)]))
         except BaseException:
             self._drop_steps()
             raise
-        landed = self._landed[:drones]
-        return np.stack([step.observation for step in landed]), tuple(step.current[0] for step in landed)
+        finished = self._finished[:drones]
+        return np.stack([step.observation for step in finished]), tuple(step.current[0] for step in finished)
 
     def fly_on(self, actions: ArrayLike) -> None:
-        """Begin the next step of the next drones whose pictures are there; actions (k, 3) in the drones' order.
+        """Begin the next step of the next drones whose estimates are there; actions (k, 3) in the drones' order.
 
         Raises:
-            InvalidInput: an action is not three finite numbers, or there are more than drones that could fly on.
+            InvalidInput: an action is not three finite numbers, or there are more actions than drones that can fly on.
         """
-        waiting = [step.current[0] for step in self._landed[len(self._ahead) :]]
+        waiting = [step.current[0] for step in self._finished[len(self._ahead) :]]
         velocities = require_actions(actions, (np.size(actions) // ACTION_SIZE, ACTION_SIZE))
         if len(velocities) > len(waiting):
-            raise InvalidInput(f"{len(velocities)} drones are to fly on where {len(waiting)} have their pictures")
+            raise InvalidInput(f"{len(velocities)} drones are to fly on where {len(waiting)} have their estimates")
         self._ahead += self._sent(waiting[: len(velocities)], velocities)
 
     def receive(self) -> StepResult:
-        """Wait for the pictures of the step under way; observations (n, 111), rewards, terminated, truncated, infos.
+        """Wait for the estimates of the step under way; observations (n, 111), rewards, terminated, truncated, infos.
 
         Raises:
-            CallFailed: a picture did not come; the episodes stand as before `send`, which may be called again.
+            CallFailed: an estimate did not come; the episodes stay as before `send`, which may be called again.
         """
         if len(self._ahead) not in (0, self.num_envs):
             raise AlreadyPendingCallError("some drones have flown on and some have not: call fly_on()", "receive")
         observations, flights = self.receive_first(self.num_envs)
-        landed, self._under_way = self._landed, self._ahead
-        self._landed, self._ahead = [], []
+        finished, self._under_way = self._finished, self._ahead
+        self._finished, self._ahead = [], []
         self.flights = flights
-        self._begun += sum(step.following is not None for step in landed)
+        self._begun += sum(step.following is not None for step in finished)
         return (
             observations,
-            np.array([step.reward for step in landed]),
-            np.array([step.flew and step.flight.ended_badly for step in landed]),
-            np.array([step.flew and step.flight.outcome == "truncated" for step in landed]),
-            self._infos(dict(enumerate(landed))),
+            np.array([step.reward for step in finished]),
+            np.array([step.flew and step.flight.ended_badly for step in finished]),
+            np.array([step.flew and step.flight.outcome == "truncated" for step in finished]),
+            self._infos(dict(enumerate(finished))),
         )
 
     def step(self, actions: ArrayLike) -> StepResult:
-        """`send` and `receive` at once."""
+        """`send`, then `receive`."""
         self.send(actions)
         return self.receive()
 
     def _begin_run(self, seed: int | None) -> None:
-        """Count episodes anew for a seed; without one, go on with those of the run before, if there was one."""
+        """Count episodes from 0 for a seed; without one, continue the run before, if there was one."""
         if seed is None and self.flights:
             return
         super().reset(seed=seed)
         self._run_seed, self._begun = drawn_seed(self.np_random) if seed is None else seed, 0
-        # Gymnasium leaves these to themselves, and whoever draws from them would draw something else in each process.
+        # Gymnasium does not seed the spaces: samples from them would differ from process to process.
         self.action_space.seed(drawn_seed(self.np_random))
         self.single_action_space.seed(drawn_seed(self.np_random))
 
@@ -267,7 +267,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         return seeds
 
     def _require_others_at_rest(self, begins: BoolArray) -> None:
-        """Refuse to begin some drones' episodes where those of the others aren't between two steps."""
+        """Refuse to begin some drones' episodes while those of the others are not between two steps."""
         if begins.all():
             return
         if not self.flights:
@@ -275,69 +275,69 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         if self.is_under_way:
             raise AlreadyPendingCallError("a step is under way: call receive() first", "reset")
 
-    def _sent(self, flights: Sequence[Flight], velocities: Float64Array) -> list[_UnderWay]:
-        """Move drones and start the pictures that their steps take."""
+    def _sent(self, flights: Sequence[Flight], velocities: Float64Array) -> list[_PendingStep]:
+        """Move drones and request the estimates of their steps."""
         moved = [
             flight if flight.over else move(self.config, flight, velocity)
             for flight, velocity in zip(flights, velocities, strict=True)
         ]
         following = self._following(moved)
         return [
-            _UnderWay(
-                looking=Looking(flight) if before.over else self._looking(flight),
+            _PendingStep(
+                pending=PendingFlight(flight) if before.over else self._requested(flight),
                 following=after,
                 flew=not before.over,
             )
             for before, flight, after in zip(flights, moved, following, strict=True)
         ]
 
-    def _following(self, moved: list[Flight]) -> list[Looking | None]:
-        """The episodes that follow those that are over, in the drones' order."""
+    def _following(self, moved: list[Flight]) -> list[PendingFlight | None]:
+        """The episodes that follow finished ones, in the drones' order."""
         number = self._next_number
-        following: list[Looking | None] = []
+        following: list[PendingFlight | None] = []
         for flight in moved:
             ends = flight.over and self._follows
-            following.append(self._upcoming.take(number, self._begin_episode) if ends else None)
+            following.append(self._prefetch.take(number, self._begin_episode) if ends else None)
             number += ends
         return following
 
     @property
     def _next_number(self) -> int:
-        """That of the episode after those which begin in the steps under way."""
+        """The number of the episode after those that begin in the steps under way."""
         return self._begun + sum(step.following is not None for step in (*self._under_way, *self._ahead))
 
     def _prepare(self) -> None:
-        """Take off the next episode."""
+        """Begin the next episode ahead of time."""
         if self._follows:
-            self._upcoming.prepare(self._next_number, self._begin_episode)
+            self._prefetch.prepare(self._next_number, self._begin_episode)
 
     def _drop_steps(self) -> None:
-        """Forget what is under way: the step of all drones, those of them that have landed, and the steps after it."""
-        self._under_way: list[_UnderWay] = []
-        self._landed: list[_Landed] = []
-        self._ahead: list[_UnderWay] = []
+        """Drop the step of all drones, the drones that have finished it, and the steps after it."""
+        self._under_way: list[_PendingStep] = []
+        self._finished: list[_FinishedStep] = []
+        self._ahead: list[_PendingStep] = []
 
-    def _begin_episode(self, number: int) -> Looking:
-        return self._looking(self._taken_off(episode_seed(self._run_seed, number)))
+    def _begin_episode(self, number: int) -> PendingFlight:
+        return self._requested(self._taken_off(episode_seed(self._run_seed, number)))
 
     def _taken_off(self, seed: int) -> Flight:
         return take_off(self.config, seed, self._sensor.sample(seed, self._split))
 
-    def _land(self, step: _UnderWay) -> _Landed:
-        flight, times = step.looking.landed()
+    def _finish(self, step: _PendingStep) -> _FinishedStep:
+        flight, times = step.pending.finished()
         flight, reward = with_reward(self.config, flight) if step.flew else (flight, 0.0)
-        following = step.following.landed() if step.following else None
-        observation = observed(following[0] if following else flight)
-        return _Landed(flight, reward, step.flew, times, following, observation)
+        following = step.following.finished() if step.following else None
+        observation = observation_of(following[0] if following else flight)
+        return _FinishedStep(flight, reward, step.flew, times, following, observation)
 
-    def _infos(self, landed: Mapping[int, _Landed]) -> dict[str, Any]:
+    def _infos(self, finished: Mapping[int, _FinishedStep]) -> dict[str, Any]:
         infos: dict[str, Any] = {}
-        for index, step in landed.items():
+        for index, step in finished.items():
             if step.following:
-                final = {"final_obs": observed(step.flight), "final_info": info_of(step.flight, step.times)}
+                final = {"final_obs": observation_of(step.flight), "final_info": info_of(step.flight, step.times)}
                 infos = self._add_info(infos, final, index)
             infos = self._add_info(infos, info_of(*step.current), index)
         return infos
 
-    def _looking(self, flight: Flight) -> Looking:
-        return look_from(flight, self._sensor, self.config)
+    def _requested(self, flight: Flight) -> PendingFlight:
+        return request_estimate(flight, self._sensor, self.config)

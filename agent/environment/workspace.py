@@ -1,7 +1,7 @@
 """The space that the drone may fly in, and how it moves there (thesis, sections 4.3.1 and 4.3.4).
 
-Around the person stands a cylinder that is kept out of, not a sphere: it also rules out flying over somebody's head,
-where a fall or the downwash would hit them and where the camera, always turned to the person, would look straight down.
+The keep-out around the person is a cylinder, not a sphere: it also rules out flying over the person's head, where a
+fall or the downwash would hit them and where the camera, always turned to the person, would look straight down.
 """
 
 import math
@@ -38,7 +38,7 @@ def closest_approach(start: Vector3, end: Vector3, person: tuple[float, float]) 
 
 
 def outcome_of(config: EnvironmentConfig, start: Vector3, end: Vector3, person: tuple[float, float]) -> Outcome:
-    """What a straight flight from `start` to `end` comes to, the time limit left aside."""
+    """The outcome of a straight flight from `start` to `end`, without the time limit."""
     if closest_approach(start, end, person) < config.keep_out_radius:
         return "too_close"
     return "flying" if contains(config, end) else "out_of_workspace"

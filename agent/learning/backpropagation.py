@@ -1,7 +1,7 @@
 """Backpropagation through the plain networks of `networks.layers`, written out.
 
 Autograd would do the same, but its graph costs about as much as the arithmetic of layers this small, and it computes
-gradients that nobody asked for.
+gradients that are not needed.
 
 torch multiplies matrices by MKL, which leaves AVX-512 alone on processors that are not Intel's. Wide layers go to
 oneDNN, which does not, by the operator that torch's compiler uses for them.
@@ -21,7 +21,7 @@ _HAS_AVX512 = torch.backends.cpu.get_cpu_capability() == "AVX512"
 
 
 class _Layer(Struct, frozen=True, eq=False):
-    """What is needed of a linear layer, looked up once: a module takes its time to find a parameter.
+    """A linear layer's tensors, looked up once: a module is slow to find a parameter.
 
     Attributes:
         weight, bias: without autograd, in the parameters' storage.
@@ -79,7 +79,7 @@ class Backpropagation:
                 gradient = _through(layer, gradient, inputs)
 
     def input_gradient(self, gradient: Tensor, columns: slice) -> Tensor:
-        """(n, columns) the gradient of some of the inputs, from that of the outputs; the parameters' stays as it is."""
+        """(n, columns) the gradient of some of the inputs, from that of the outputs; the parameters' is kept."""
         for layer, inputs in zip(self._layers[:0:-1], self._inputs[:0:-1], strict=True):
             gradient = _through(layer, gradient, inputs)
         # The same numbers as `gradient @ weight`, but MKL takes twice as long for few columns as for few rows.
@@ -114,5 +114,5 @@ def _through(layer: _Layer, gradient: Tensor, inputs: Tensor) -> Tensor:
 
 
 def _by_onednn(inputs: Tensor, weight: Tensor, bias: Tensor | None = None, then: str = "none") -> Tensor:
-    """`F.linear` and what follows it; named with its overload, since looking for that takes a part of a call's time."""
+    """`F.linear` and what follows it; the overload is named, since finding it takes part of a call's time."""
     return torch.ops.mkldnn._linear_pointwise.default(inputs, weight, bias, then, [], "")

@@ -18,7 +18,7 @@ from protocol.config import EnvironmentConfig
 from protocol.skeleton import JOINT_COUNT, Joint
 
 _REACH = 2.0
-"""Metres from a wall or from the keep-out at which it begins to be felt: some steps' flight."""
+"""Metres from a wall or from the keep-out at which its feature begins to rise: some steps' flight."""
 
 _LEFT = [Joint.LEFT_SHOULDER, Joint.LEFT_HIP, Joint.LEFT_EYE, Joint.LEFT_EAR]
 _RIGHT = [Joint.RIGHT_SHOULDER, Joint.RIGHT_HIP, Joint.RIGHT_EYE, Joint.RIGHT_EAR]
@@ -73,7 +73,7 @@ class Features(nn.Module):
         return np.concatenate([*place, (drone[:, 2:] - middle) / half], axis=1)
 
     def _limits(self, drone: _Rows, distance: _Rows, bearing: _Rows) -> _Rows:
-        """(n, 4) what the drone must not fly into, 1 at the limit and 0 from `_REACH` on.
+        """(n, 4) the limits that the drone must not cross, 1 at the limit and 0 from `_REACH` on.
 
         The walls as a vector towards them in the drone's frame, floor and ceiling as its third component, the keep-out.
         """
@@ -88,7 +88,7 @@ class Features(nn.Module):
 class RecentFeatures:
     """`Features` that remembers those of the last observations.
 
-    What is acted on is observed twice soon after: as what came after a step, and as what was before the next.
+    An observation that is acted on comes twice more soon after: as that after a step, and as that before the next.
 
     Args:
         size: how many it remembers.

@@ -1,4 +1,4 @@
-"""What every learner can do, whatever its algorithm."""
+"""The interface of every learner."""
 
 from collections.abc import Iterable
 from typing import Any, Protocol, TypeAlias
@@ -18,9 +18,9 @@ class Transition(Struct, frozen=True, eq=False, kw_only=True):
 
     Attributes:
         observations: (n, 111) before the step.
-        actions: (n, 3) that were taken, whoever chose them.
+        actions: (n, 3) that were taken, by the learner's policy or another.
         rewards: (n,).
-        next_observations: (n, 111) after the step; of a finished flight its last one, not the first of the next.
+        next_observations: (n, 111) after the step; the last one of a finished flight, not the first of the next.
         terminated: (n,) ended badly: nothing comes after.
         truncated: (n,) ended by the time limit: more would have come.
     """
@@ -34,10 +34,10 @@ class Transition(Struct, frozen=True, eq=False, kw_only=True):
 
 
 class Learner(Protocol):
-    """A policy that gets better.
+    """A policy that learns.
 
     Attributes:
-        off_policy: whether it learns from flights that others chose, such as scripted ones.
+        off_policy: whether it learns from other policies' flights, such as scripted ones.
         updates: gradient updates done.
 
     A checkpoint of it has three parts: its `weights`, its `state`, and of a replay memory only the number of steps in
@@ -66,14 +66,14 @@ class Learner(Protocol):
         ...
 
     def state(self) -> dict[str, Any]:
-        """All that its future depends on beside the weights and the steps in replay memory, random generators included.
+        """The state that its future depends on beside weights and replay memory, with the random generators.
 
         Tensors, arrays and plain values, nested: networks' hidden states, optimisers, a rollout under way.
         """
         ...
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state` of a learner of the same configuration, bit for bit."""
+        """Continue from a `state` of a learner of the same configuration, bit for bit."""
         ...
 
     def recall(self, steps: Iterable[Transition]) -> None:
@@ -99,7 +99,7 @@ class Learner(Protocol):
 def learned_rewards(rewards: Float64Array, floor: float, scale: float) -> Float32Array:
     """Rewards (n,) as critics learn them: cut at `floor`, then scaled.
 
-    A crash costs as much as a whole poor flight. Regressed on as it is, its error is larger than all that tells one
-    view from another; cut, it is still dearer than any view. Evaluation counts rewards as they are.
+    A crash costs as much as a whole poor flight. Without the cut, its regression error would exceed all differences
+    between views; with it, a crash still costs more than any view. Evaluation uses the original rewards.
     """
     return (np.maximum(rewards, floor) * scale).astype(np.float32)

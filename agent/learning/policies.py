@@ -1,8 +1,8 @@
-"""What flies a drone: a learner, or one of the scripted baselines.
+"""Policies that fly drones: a learner's, or one of the scripted baselines.
 
-A policy is asked for the velocities of several drones at once. It gets what the learner sees, and the flights
-themselves: baselines know the person's place, and `front` even where the person faces. A velocity of a baseline depends
-on its own flight alone, so a flight is the same whatever flies beside it.
+A policy gives the velocities of several drones at once. It gets the learner's observations and the flights: baselines
+know the person's place, and `front` even the direction they face. A velocity of a baseline depends on its own flight
+alone, so a flight is the same whatever flies beside it.
 """
 
 import math
@@ -31,7 +31,7 @@ _RANDOM, _NOISE, _WILDNESS = 0x4A2D, 0x2015E, 0x317D
 
 
 def learned(learner: Learner) -> Policy:
-    """The best that a learner knows."""
+    """A learner's policy without exploration."""
     return lambda observations, flights: learner.act(observations, explore=False)
 
 

@@ -1,7 +1,7 @@
-"""Proximal policy optimisation on skrl's agent, right about truncation.
+"""Proximal policy optimisation on skrl's agent, with truncation handled correctly.
 
 A truncated flight is bootstrapped with the value of its own last observation, and the advantage of the next flight
-does not leak into it: skrl does both when it is told to and given the final observation, not the next flight's first.
+does not leak into it: skrl does both when it gets the final observation, not the next flight's first.
 """
 
 from collections.abc import Iterable
@@ -31,7 +31,7 @@ from protocol.arrays import Float32Array
 from protocol.config import EnvironmentConfig, PpoConfig
 
 _UNDER_WAY = ("_current_log_prob", "_current_values", "_current_next_observations")
-"""What skrl keeps between acting, observing and learning."""
+"""The attributes in which skrl keeps state between acting, observing and learning."""
 
 
 class PpoLearner:
@@ -92,7 +92,7 @@ class PpoLearner:
         return tracked(self._agent)
 
     def state(self) -> dict[str, Any]:
-        """What lasts beside the weights, a rollout under way included; see `Learner.state`."""
+        """The state beside the weights, a rollout under way included; see `Learner.state`."""
         under_way = {name: getattr(self._agent, name) for name in _UNDER_WAY}
         return {
             "optimizers": optimizers_state(self._agent),
@@ -131,6 +131,20 @@ class PpoLearner:
 def _ppo_agent(config: PpoConfig, environment: EnvironmentConfig, policy: GaussianPolicy, memory: RandomMemory) -> PPO:
     spaces = (observation_space(), action_space())
     models: dict[str, Model] = {"policy": policy, "value": Value(*spaces, config.hidden_sizes)}
+    agent = PPO(
+        models=models,
+        memory=memory,
+        cfg=_settings(config, environment),
+        device="cpu",
+        observation_space=spaces[0],
+        action_space=spaces[1],
+    )
+    agent.init()
+    agent.enable_training_mode(True)
+    return agent
+
+
+def _settings(config: PpoConfig, environment: EnvironmentConfig) -> PPO_CFG:
     settings = PPO_CFG(
         rollouts=config.n_steps,
         learning_epochs=config.n_epochs,
@@ -139,7 +153,7 @@ def _ppo_agent(config: PpoConfig, environment: EnvironmentConfig, policy: Gaussi
         gae_lambda=config.gae_lambda,
         learning_rate=config.learning_rate,
         ratio_clip=config.clip_range,
-        # In the units of the return, so it would hold the value back rather than steady it.
+        # It is in the units of the return, so it would hold the value back instead of stabilising it.
         value_clip=0.0,
         value_loss_scale=1.0,
         entropy_loss_scale=config.ent_coef,
@@ -148,9 +162,4 @@ def _ppo_agent(config: PpoConfig, environment: EnvironmentConfig, policy: Gaussi
         observation_preprocessor_kwargs={"workspace": environment},
     )
     settings.experiment.write_interval = settings.experiment.checkpoint_interval = 0
-    agent = PPO(
-        models=models, memory=memory, cfg=settings, device="cpu", observation_space=spaces[0], action_space=spaces[1]
-    )
-    agent.init()
-    agent.enable_training_mode(True)
-    return agent
+    return settings

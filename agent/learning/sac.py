@@ -39,7 +39,7 @@ _FEATURES_AT_ONCE = 4096
 
 
 class SacLearner:
-    """Learns from all transitions in its memory, whoever flew them; `updates_per_step` for each one observed."""
+    """Learns from all transitions in its memory, its own or others'; `updates_per_step` for each one observed."""
 
     off_policy = True
 
@@ -82,7 +82,7 @@ class SacLearner:
         return dict(zip(STATISTICS, np.mean(told, axis=0).tolist(), strict=True))
 
     def state(self) -> dict[str, Any]:
-        """What lasts beside the weights and the transitions in memory; see `Learner.state`."""
+        """The state beside the weights and the transitions in memory; see `Learner.state`."""
         return {
             "optimizers": optimizers_state(self._agent),
             "log_entropy_coefficient": self._agent.log_entropy_coefficient.detach().clone(),
@@ -158,10 +158,24 @@ def sac_networks(config: SacConfig) -> SacNetworks:
 
 
 def sac_agent(config: SacConfig, networks: SacNetworks, memory: Memory) -> SAC:
-    """skrl's agent, which makes the optimisers and has the targets begin as their critics are."""
+    """skrl's agent, which makes the optimisers and initialises the targets from their critics."""
     models: dict[str, Model] = {"policy": networks.policy}
     for number, (critic, target) in enumerate(zip(networks.critics, networks.targets, strict=True), start=1):
         models |= {f"critic_{number}": critic, f"target_critic_{number}": target}
+    features = Box(-np.inf, np.inf, (FEATURE_SIZE,))
+    agent = SAC(
+        models=models,
+        memory=memory,
+        cfg=_settings(config),
+        device="cpu",
+        observation_space=features,
+        action_space=action_space(),
+    )
+    agent.init()
+    return agent
+
+
+def _settings(config: SacConfig) -> SAC_CFG:
     settings = SAC_CFG(
         batch_size=config.batch_size,
         discount_factor=config.gamma,
@@ -170,14 +184,4 @@ def sac_agent(config: SacConfig, networks: SacNetworks, memory: Memory) -> SAC:
         initial_entropy_value=config.initial_ent_coef,
     )
     settings.experiment.write_interval = settings.experiment.checkpoint_interval = 0
-    features = Box(-np.inf, np.inf, (FEATURE_SIZE,))
-    agent = SAC(
-        models=models,
-        memory=memory,
-        cfg=settings,
-        device="cpu",
-        observation_space=features,
-        action_space=action_space(),
-    )
-    agent.init()
-    return agent
+    return settings

@@ -1,7 +1,7 @@
 """The gradient update of soft actor-critic with its gradients written out: skrl's numbers, in less than half its time.
 
-skrl's own update is general; what it costs at this size is not arithmetic but autograd's graph, optimisers that go from
-parameter to parameter, and gradients that nobody reads. See docs/decisions/0307-the-update-is-written-out.md.
+skrl's own update is general; at this size it spends its time not on arithmetic but on autograd's graph, optimisers that
+go from parameter to parameter, and gradients that are not used. See docs/decisions/0307-the-update-is-written-out.md.
 """
 
 from collections.abc import Iterator
@@ -30,7 +30,7 @@ STATISTICS = (
     "Coefficient / Entropy coefficient",
     *(f"{of} ({kind})" for kind in ("min", "max", "mean") for of in _VALUES),
 )
-"""What an update tells, by skrl's names."""
+"""The statistics of an update, by skrl's names."""
 
 
 _AT_ONCE = 8
@@ -46,10 +46,10 @@ class SacNetworks(Struct, frozen=True, eq=False, kw_only=True):
 
 
 class _Batch(Struct, frozen=True, eq=False):
-    """Transitions, with all of an update that needs no network.
+    """Transitions, with everything that an update needs and no network computes.
 
     Attributes:
-        features: (2 n, f) of after the transitions, and then of before them.
+        features: (2 n, f) after the transitions, then before them.
         frames: (2 n, 3, 3) rotations from the world to the drone's frame in these.
         noise: (2 n, 3) standard normal, for velocities in these.
         taken: (n, 3) the velocities that were flown, in the drones' frames.
@@ -66,7 +66,7 @@ class _Batch(Struct, frozen=True, eq=False):
 
 
 class SacUpdate:
-    """Updates an agent's networks and its entropy coefficient with its optimisers; a call is so many.
+    """Updates an agent's networks and its entropy coefficient with its optimisers, several times a call.
 
     Args:
         agent: of these networks and this memory, which holds features, not observations.
@@ -95,7 +95,7 @@ class SacUpdate:
 
     @torch.inference_mode()
     def __call__(self, updates: int) -> list[list[float]]:
-        """Make so many and tell `STATISTICS` of each."""
+        """Make `updates` updates; returns `STATISTICS` of each."""
         pieces = (min(_AT_ONCE, updates - made) for made in range(0, updates, _AT_ONCE))
         return [told for piece in pieces for told in self._made(piece)]
 
@@ -141,7 +141,7 @@ class SacUpdate:
         return {name: kept.index_select(0, rows) for name, kept in self._memory.tensors_view.items()}
 
     def _target_values(self, batch: _Batch, inputs: Tensor, log_prob: Tensor) -> Tensor:
-        """(n, 1) what the critics should have said, from velocities drawn for after the transitions."""
+        """(n, 1) the critics' targets, from velocities drawn for the observations after the transitions."""
         first, second = (critic.forward(inputs) for critic in self._targets)
         return batch.rewards + batch.discounts * (torch.min(first, second) - self._entropy * log_prob)
 
@@ -182,7 +182,7 @@ class SacUpdate:
 
 
 def _critic_inputs(features: Tensor, velocities: Tensor) -> Tensor:
-    """(n, f + 3) what `Critic` gives its network: features, and velocities in the drones' frames."""
+    """(n, f + 3) the input of `Critic`'s network: features, and velocities in the drones' frames."""
     return torch.cat([features, velocities], dim=1)
 
 

@@ -1,4 +1,4 @@
-"""What there is to a skrl agent that lasts, taken out and put back whole.
+"""The lasting state of a skrl agent, taken out and put back whole.
 
 skrl's own `save` leaves out the memory and its indices, and its `Memory.load` fills tensors that nothing reads.
 """
@@ -29,7 +29,7 @@ def restore_optimizers(agent: Agent, state: dict[str, Any]) -> None:
 
 
 def memory_tensors(memory: Memory) -> dict[str, Tensor]:
-    """All that is in memory, copied."""
+    """The memory's tensors, copied."""
     return {name: tensor.clone() for name, tensor in memory.tensors.items()}
 
 

@@ -1,6 +1,6 @@
-"""What `SquashedPolicy` draws from its network's outputs, with the gradient of it written out.
+"""Draws of `SquashedPolicy` from its network's outputs, with their gradient written out.
 
-The network says mean and spread in the drone's frame, the velocity is in the world's; tanh keeps it within its limits.
+The network gives mean and spread in the drone's frame, the velocity is in the world's; tanh keeps it within its limits.
 """
 
 import math
@@ -20,8 +20,8 @@ class SquashedGaussian(Struct, frozen=True, eq=False):
 
     Attributes:
         frames: (n, 3, 3) rotations from the world to each drone's frame.
-        squashed: (n, 3) tanh of what the network says of the spread.
-        scaled_noise: (n, 3) what was drawn: standard deviation times standard noise.
+        squashed: (n, 3) tanh of the network's output for the spread.
+        scaled_noise: (n, 3) standard deviation times the standard noise that was drawn.
         actions: (n, 3) the velocities.
         log_prob: (n, 1) of the velocities.
     """

@@ -1,4 +1,4 @@
-"""What a GPU is worth to each stage, and what it changes: `python -m benchmarks.accelerator`.
+"""The gain of a GPU in each stage, and its effect on results: `python -m benchmarks.accelerator`.
 
 `__main__` starts every measurement as a process of its own, `render`, `perceive` and `learn`, in the environment of the
 CPU or of the GPU: which driver draws and which device computes is settled when a process loads its libraries, and what

@@ -1,4 +1,4 @@
-"""What a GPU is worth to each stage, and what it changes.
+"""The gain of a GPU in each stage, and its effect on results.
 
     python -m benchmarks.accelerator
     python -m benchmarks.accelerator --only learn,loop
@@ -52,7 +52,7 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure and print: how quick the trainings were as soon as it is known, the tables of all else at the end."""
+    """Measure and print: the trainings' throughput as soon as it is known, all other tables at the end."""
     options = _options(arguments)
     errors, console = Console(stderr=True, soft_wrap=True), Console(soft_wrap=True)
     console.print(f"machine: {machine_kind()}; {options.frames} frames, {options.updates} updates\n", markup=False)

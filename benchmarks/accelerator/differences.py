@@ -1,4 +1,4 @@
-"""How far two devices' results are apart."""
+"""Differences between two devices' results."""
 
 import hashlib
 from collections.abc import Mapping
@@ -36,7 +36,7 @@ QUANTITIES: Mapping[str, tuple[str, float]] = {
     "filter_variance": ("filter's variance, m²", 1.0),
     "weights": ("weights", 1.0),
 }
-"""What is compared: its name and unit, and by how much it is multiplied for that."""
+"""The compared arrays: name and unit, and the factor to that unit."""
 
 
 def differences(expected: Mapping[str, NDArray[Any]], found: Mapping[str, NDArray[Any]]) -> list[Difference]:

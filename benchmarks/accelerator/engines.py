@@ -5,13 +5,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from perception_worker.look import Look, TrackingLook, WholeLook
+from perception_worker.detection import Detector, TrackingDetector, WholeFrameDetector
+from perception_worker.detection.choice import quick_search_size
 from perception_worker.networks.backend import (
     DEFAULT_SIZE,
     input_size,
     network_name,
     peak_threshold,
-    quick_search_size,
     region_size,
 )
 from perception_worker.networks.engine import Engine
@@ -23,26 +23,26 @@ from protocol.errors import Unavailable
 
 
 class Opened(NamedTuple):
-    """A way of looking with its networks, what runs them, and whether that is a GPU."""
+    """A detector with its networks, the device that runs them, and whether that is a GPU."""
 
-    look: Look
+    detector: Detector
     device: str
     on_gpu: bool
 
 
 def open_on(name: str, config: PerceptionConfig) -> Opened:
-    """The default network on an engine of `ENGINES`, looking as a settled configuration says.
+    """The detector of a settled configuration, with the default network on an engine of `ENGINES`.
 
     Raises:
         VantageError: this machine can't run that.
     """
     whole = _open_network(name, input_size(config) or DEFAULT_SIZE, config)
     if config.look == "whole":
-        return Opened(WholeLook(whole.network), whole.device, whole.on_gpu)
+        return Opened(WholeFrameDetector(whole.network), whole.device, whole.on_gpu)
     closer = _open_network(name, region_size(config) or DEFAULT_SIZE, config)
     quick = quick_search_size(config)
     searching = [_open_network(name, quick, config).network] if quick else []
-    return Opened(TrackingLook([*searching, whole.network], closer.network), whole.device, whole.on_gpu)
+    return Opened(TrackingDetector([*searching, whole.network], closer.network), whole.device, whole.on_gpu)
 
 
 class _OpenedNetwork(NamedTuple):
@@ -60,7 +60,7 @@ def _open_network(name: str, size: tuple[int, int], config: PerceptionConfig) ->
 
 
 def cpu_engine() -> str:
-    """What a perception worker would take without a GPU, or the next best."""
+    """The engine that a perception worker takes without a GPU, or the next best."""
     return "openvino" if importlib.util.find_spec("openvino") else "onnxruntime"
 
 

@@ -70,7 +70,7 @@ class Jobs:
         return measured
 
     def train(self, name: str, place: Place, config: str, *, longest: float) -> TrainingReport | Missing:
-        """What a training says of itself at its end, be it that it was stopped after `longest` seconds."""
+        """The summary of a training, which is stopped after `longest` seconds."""
         file = self._directory / f"{name}.toml"
         file.write_text(config)
         with tempfile.TemporaryDirectory() as run:
@@ -104,7 +104,7 @@ class Jobs:
 
 
 class _Said(Struct, frozen=True):
-    """What a process wrote, how it ended, and after how many seconds it was asked to, had it not by itself."""
+    """A process's output, its exit code, and the seconds after which it was asked to end, if it was."""
 
     stdout: str
     stderr: str
@@ -140,7 +140,7 @@ def _plain(text: str) -> str:
 
 
 def _complaint(stderr: str) -> str:
-    """What a library gave as its reason, if it gave one."""
+    """The reason that a library gave, if any."""
     reasons = re.findall(r"with error: (.+)", stderr)
     return f"; {reasons[-1].strip()}" if reasons else ""
 
@@ -149,5 +149,5 @@ def _last_line(stderr: str, code: int) -> str:
     lines = [line for line in stderr.splitlines() if line.strip()]
     if not lines:
         return f"it ended with {code} and without a word"
-    # An exception's module says nothing to whoever reads the table.
+    # Readers of the table don't need an exception's module.
     return re.sub(r"^(\w+\.)+\w+: ", "", lines[-1].strip())

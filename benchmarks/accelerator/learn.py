@@ -15,7 +15,7 @@ from protocol.errors import Unavailable
 
 
 class Learner(Updating, Protocol):
-    """What is measured of a learner."""
+    """The measured parts of a learner."""
 
     def weights(self) -> dict[str, NDArray[Any]]:
         """The parameters of all its networks, by name."""
@@ -23,7 +23,7 @@ class Learner(Updating, Protocol):
 
 
 def learner_on(device: str, config: SacConfig) -> Learner:
-    """The room's own on the CPU; elsewhere the same agent of skrl's.
+    """The agent's own learner on the CPU; on another device the same agent of skrl's.
 
     Raises:
         Unavailable: torch has no such device.

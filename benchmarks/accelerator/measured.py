@@ -1,4 +1,4 @@
-"""What a measuring process tells the one that started it: a line of JSON, and arrays in a file."""
+"""The result of a measuring process for its parent: a line of JSON, and arrays in a file."""
 
 import argparse
 from collections.abc import Mapping, Sequence
@@ -42,7 +42,7 @@ def save_arrays(file: Path, arrays: Mapping[str, NDArray[Any]]) -> dict[str, str
 
 
 def load_arrays(file: Path) -> dict[str, NDArray[Any]]:
-    """What `save_arrays` kept."""
+    """The arrays that `save_arrays` wrote."""
     with np.load(file) as stored:
         return {name: stored[name] for name in stored.files}
 

@@ -14,7 +14,7 @@ from benchmarks.accelerator.engines import Opened, open_on
 from benchmarks.accelerator.measured import Measured, hand_over, load_arrays, options_of, save_arrays
 from benchmarks.accelerator.render import views
 from perception_worker.calibration.choice import open_calibration
-from perception_worker.look import Look
+from perception_worker.detection import Detector
 from perception_worker.perceive import Perceiver
 from protocol.config import PerceptionConfig, RunConfig, settled
 from protocol.frame import Frame
@@ -33,9 +33,11 @@ def frames_of(file: Path, count: int) -> Iterator[tuple[Frame, FilterState]]:
         yield Frame(rgb=rgb, depth=depth, camera=camera), FilterState.initial((*scene.position, height))
 
 
-def observed(look: Look, config: PerceptionConfig, frames: Iterator[tuple[Frame, FilterState]]) -> list[PoseEstimate]:
-    """Every frame looked at twice, the second time with a filter that has seen the person, as in a flight."""
-    perceiver = Perceiver(look, config, calibration=open_calibration(config))
+def perceived(
+    detector: Detector, config: PerceptionConfig, frames: Iterator[tuple[Frame, FilterState]]
+) -> list[PoseEstimate]:
+    """Every frame perceived twice, the second time with a filter that has seen the person, as in a flight."""
+    perceiver = Perceiver(detector, config, calibration=open_calibration(config))
     found: list[PoseEstimate] = []
     for frame, fresh in frames:
         known = perceiver.perceive(frame, fresh).filter
@@ -43,15 +45,15 @@ def observed(look: Look, config: PerceptionConfig, frames: Iterator[tuple[Frame,
     return found
 
 
-def arrays_of(observations: Sequence[PoseEstimate]) -> dict[str, NDArray[Any]]:
-    """What is compared of observations, one after the other."""
+def arrays_of(estimates: Sequence[PoseEstimate]) -> dict[str, NDArray[Any]]:
+    """The arrays of estimates that are compared, one after the other."""
     return {
-        "heatmaps": _side_by_side([one.heatmaps for one in observations if one.heatmaps is not None]),
-        "keypoints": np.stack([one.keypoints for one in observations]),
-        "points": np.stack([one.points for one in observations]),
-        "quality": np.stack([one.quality for one in observations]),
-        "filter_mean": np.stack([one.filter.mean for one in observations]),
-        "filter_variance": np.stack([one.filter.variance for one in observations]),
+        "heatmaps": _side_by_side([one.heatmaps for one in estimates if one.heatmaps is not None]),
+        "keypoints": np.stack([one.keypoints for one in estimates]),
+        "points": np.stack([one.points for one in estimates]),
+        "quality": np.stack([one.quality for one in estimates]),
+        "filter_mean": np.stack([one.filter.mean for one in estimates]),
+        "filter_variance": np.stack([one.filter.variance for one in estimates]),
     }
 
 
@@ -63,26 +65,26 @@ def _side_by_side(maps: Sequence[NDArray[Any]]) -> NDArray[Any]:
     return held
 
 
-def measured_look(
+def measured_detector(
     name: Literal["track", "whole"], options: argparse.Namespace
 ) -> tuple[Opened, dict[str, list[float]], dict[str, NDArray[Any]]]:
-    """What one way of looking costs by stage, and what it sees; stages and arrays are named for it."""
+    """The seconds of one detector by stage, and the arrays of its estimates; both are named for it."""
     config = RunConfig()
     perception = settled(replace(config.perception, look=name), config.profile)
     opened = open_on(options.device, perception)
-    observations = observed(opened.look, perception, frames_of(options.frames, options.count))
+    estimates = perceived(opened.detector, perception, frames_of(options.frames, options.count))
     seconds = {
-        f"{stage}, {name}": [one.timings[stage] for one in observations if stage in one.timings] for stage in STAGES
+        f"{stage}, {name}": [one.timings[stage] for one in estimates if stage in one.timings] for stage in STAGES
     }
-    return opened, seconds, {f"{name}/{kind}": array for kind, array in arrays_of(observations).items()}
+    return opened, seconds, {f"{name}/{kind}": array for kind, array in arrays_of(estimates).items()}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure and hand over."""
     options = options_of(arguments, __doc__)
     cv2.setNumThreads(1)
-    opened, seconds, arrays = measured_look("track", options)
-    _, more_seconds, more_arrays = measured_look("whole", options)
+    opened, seconds, arrays = measured_detector("track", options)
+    _, more_seconds, more_arrays = measured_detector("whole", options)
     hand_over(
         Measured(
             device=opened.device,

@@ -13,11 +13,11 @@ _DRIVER_DIRECTORIES = (
     "/usr/share/glvnd/egl_vendor.d",
     "/usr/local/nvidia/share/glvnd/egl_vendor.d",
 )
-"""Where drivers are listed that EGL may take; `__EGL_VENDOR_LIBRARY_DIRS`, which EGL reads as well, goes before."""
+"""Directories of EGL's drivers; `__EGL_VENDOR_LIBRARY_DIRS`, which EGL reads as well, goes before."""
 
 
 class Place(Struct, frozen=True):
-    """Where a process computes, and the environment that sees to it."""
+    """A place where a process computes, and the environment variables for it."""
 
     name: str
     environment: dict[str, str]

@@ -18,7 +18,7 @@ from render_worker.opengl import OpenGlRenderer
 from render_worker.scenes import sample_scene
 
 SOFTWARE = ("llvmpipe", "softpipe", "swrast")
-"""How Mesa calls what draws without a GPU."""
+"""Mesa's names of its software rasterisers."""
 
 
 VIEWS = 4

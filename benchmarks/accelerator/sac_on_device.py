@@ -1,6 +1,6 @@
 """The agent's SAC on another device: skrl's agent, with the agent's own networks and settings.
 
-The agent itself learns on the CPU; this is to know what it would gain elsewhere.
+The agent itself learns on the CPU; this measures what another device would gain.
 """
 
 from typing import Any

@@ -27,14 +27,14 @@ COMES_OUT: Mapping[str, tuple[str, ...]] = {
         for stage, names in _SEEN.items()
     },
 }
-"""What comes out of a stage, by the names of its arrays; perception's stages are told for each way of looking."""
+"""The arrays of each stage, by name; perception's stages have one set for each detector."""
 
 ALWAYS_ON_CPU = ("decode", "lift", "qoe", "filter")
 """Stages that only the CPU does, whatever the network runs on."""
 
 
 class Row(Struct, frozen=True):
-    """What was tried at a place, and again in a process of its own; `note` follows its stages' names."""
+    """The results of a trial at a place, and of its repetition in another process; `note` follows its stages' names."""
 
     name: str
     title: str
@@ -76,7 +76,7 @@ def _same(stage: str, row: Row) -> str:
 
 
 def difference_table(found: Mapping[str, Sequence[Difference]]) -> str:
-    """How far apart results are, by what is held against what."""
+    """Differences of results, a row for each comparison."""
     head = [
         "| against the CPU's | quantity | median | largest | share that differs | only one has |",
         "|---|---|---:|---:|---:|---:|",

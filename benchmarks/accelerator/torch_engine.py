@@ -45,11 +45,11 @@ class TorchEngine:
 
     @property
     def device(self) -> str:
-        """What computes, in torch's words."""
+        """The device, by torch's name."""
         return torch.cuda.get_device_name(self._device) if self._device.type == "cuda" else "CPU"
 
     def run(self, image: Float32Array) -> Outputs:
-        """What the network gives for an image (3, rows, columns), by name and without the batch's dimension."""
+        """The network's outputs for an image (3, rows, columns), by name and without the batch's dimension."""
         with torch.inference_mode():
             values = dict(self._constants)
             values[self._input] = torch.from_numpy(image[None]).to(self._device)

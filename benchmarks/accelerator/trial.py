@@ -1,4 +1,4 @@
-"""What is tried at both places."""
+"""The measurements that are made at both places."""
 
 from collections.abc import Collection, Iterable, Iterator
 
@@ -13,7 +13,7 @@ from benchmarks.accelerator.tables import Row
 from orchestrator.monitoring.report import TrainingReport
 
 KINDS = ("render", "perceive", "learn", "loop")
-"""What can be measured."""
+"""The names of the measurements."""
 
 _IN_DOUBT = ("perceive", "learn", "render")
 """Modules, the one first whose bytes are the least sure to come again."""
@@ -88,7 +88,7 @@ class Trial:
             self._try([self._perception(self._gpu, self._gpu_engine(), f"render-{self._gpu.name}")])
 
     def rows(self) -> list[Row]:
-        """What was found so far."""
+        """The results so far."""
         never = Missing("it was not asked for")
         return [
             Row(attempt.name, attempt.title, attempt.note, attempt.place.name, one, self._again.get(name, never))
@@ -127,7 +127,7 @@ class Trial:
         return self._jobs.measure(name, attempt.module, attempt.place, *attempt.options)
 
     def _measured_of(self, module: str, place: Place) -> list[Attempt]:
-        """What was measured of this module at this place."""
+        """The results of this module at this place."""
         return [
             attempt
             for attempt, one in self._found.values()

@@ -28,13 +28,13 @@ def pull_models(
 ) -> None:
     """Fetch pose networks into the user's cache, unless they are there and intact."""
     flags = [*(["--all"] if everything else []), *(["--force"] if force else [])]
-    _run_setup("perception_worker.networks.models", "pull", *flags, *(names or []))
+    _run_setup("perception_worker.networks", "pull", *flags, *(names or []))
 
 
 @models_app.command("list", epilog=examples("orchestrator models list", "orchestrator models list --json"))
 def list_models(json: JsonOption = False) -> None:
     """List the pose networks that are known by name, and whether each is in the user's cache."""
-    _run_setup("perception_worker.networks.models", "list", *(["--json"] if json else []))
+    _run_setup("perception_worker.networks", "list", *(["--json"] if json else []))
 
 
 @bodies_app.command("bake", epilog=examples("orchestrator bodies bake"))

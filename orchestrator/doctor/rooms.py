@@ -42,7 +42,7 @@ def check_opengl() -> Check:
 def check_network() -> Check:
     """The pose network is in the cache and whole."""
     return probe(
-        "pose network", module_command("perception_worker.networks.models", "check"), remedy="orchestrator models pull"
+        "pose network", module_command("perception_worker.networks", "check"), remedy="orchestrator models pull"
     )
 
 

@@ -1,4 +1,4 @@
-"""An uncertainty in metres: how far a joint is expected to be from its estimate, and a radius that holds it.
+"""An uncertainty in metres: the expected distance of a joint from its estimate, and a radius that holds it.
 
 Fitted on people whose truth is known (`perception_worker.calibration.fitting`); valid for the network and the way of
 lifting that it was fitted with. The radius is conformal: over people and views like those, it holds nine joints of ten.
@@ -25,19 +25,19 @@ from protocol.text import UNDECODABLE
 
 FORMAT = 1
 LARGEST_ERROR = 1.5
-"""Metres. A joint on the wall behind may be five metres off; it counts as this far, so that a few don't decide all."""
+"""Metres. A joint on the wall behind may be five metres off; it counts as this much, so that few don't decide all."""
 
 _SHIPPED = "shipped"
 
 
 class Setting(NetworkSetting, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the figures of a calibration depend on: with another of these, other errors go with the same features."""
+    """What a calibration depends on: with another setting, the same features mean other errors."""
 
     lifting: Lifting
 
 
 class Provenance(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where a calibration comes from.
+    """The origin of a calibration.
 
     Attributes:
         version: of Vantage.
@@ -57,13 +57,13 @@ class Provenance(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class StoredCalibration(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A calibration as its file has it.
+    """A calibration as stored in its file.
 
     Attributes:
         features: the columns that the trees ask for, by name.
         error: the expected error, metres.
-        reach: the error that nine of ten stay below, metres, before it is made sure of on other people.
-        factor: (18,) by which `reach` is multiplied for each joint to make it sure.
+        reach: the error that nine of ten stay below, metres, before calibration on other people.
+        factor: (18,) by which that calibration multiplies `reach` for each joint.
     """
 
     format: int = FORMAT
@@ -83,13 +83,13 @@ class Calibrated(NamedTuple):
 
 
 class Calibration:
-    """Tells errors in metres from what is known when a frame was lifted; may be used by several threads at once."""
+    """Predicts errors in metres from the features of a lifted frame; may be used by several threads at once."""
 
     def __init__(self, stored: StoredCalibration) -> None:
-        """Take it as it is stored.
+        """Open a stored calibration.
 
         Raises:
-            ArtifactDamaged: it asks for features that there are not.
+            ArtifactDamaged: it uses unknown features.
         """
         if stored.format != FORMAT or stored.features != FEATURES:
             raise ArtifactDamaged("the calibration was made for another version of Vantage; fit it anew")

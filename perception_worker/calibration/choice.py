@@ -1,4 +1,4 @@
-"""Which calibration a perception worker takes: the one that was fitted for what it does."""
+"""Which calibration a perception worker takes: the one that was fitted for its setting."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from protocol.errors import InvalidConfig
 
 
 def setting_of(config: PerceptionConfig) -> Setting:
-    """What a perception worker of this configuration, settled by its profile, asks of a calibration."""
+    """What a perception worker of this configuration, settled by its profile, needs of a calibration."""
     shown = msgspec.structs.asdict(network_setting(config))
     return Setting(**shown, lifting=surface_lifting(config))
 

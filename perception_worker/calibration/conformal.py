@@ -1,4 +1,4 @@
-"""Split conformal prediction: how far a score may go so that it holds on people who were not fitted on."""
+"""Split conformal prediction: the bound of a score that holds on people who were not fitted on."""
 
 import math
 
@@ -15,7 +15,7 @@ def conformal_quantile(scores: Float64Array, coverage: float = COVERAGE) -> floa
     """The score that one more, of the same kind, stays below with probability `coverage`.
 
     Raises:
-        InvalidInput: there are too few to tell.
+        InvalidInput: there are too few scores.
     """
     rank = math.ceil((len(scores) + 1) * coverage)
     if rank > len(scores):

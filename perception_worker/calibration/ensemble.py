@@ -29,11 +29,11 @@ class StoredEnsemble(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 
 class Ensemble:
-    """Adds up what each of its trees says.
+    """The sum of its trees' predictions.
 
     Raises:
-        ArtifactDamaged: the stored arrays don't fit together, ask for features that there are not, or have a leaf that
-            is not finite.
+        ArtifactDamaged: the stored arrays don't fit together, ask for unknown features, or have a leaf that is not
+            finite.
     """
 
     def __init__(self, stored: StoredEnsemble, feature_count: int) -> None:
@@ -48,7 +48,7 @@ class Ensemble:
             raise ArtifactDamaged("the trees of a calibration ask for features that there are not")
         levels = [slice(2**level - 1, 2 ** (level + 1) - 1) for level in range(stored.depth)]
         self._leaves = np.frombuffer(stored.leaves, "<f4").astype(np.float64)
-        # A threshold may be infinite: a leaf that is not as deep as the others has one, above which nothing is.
+        # A threshold may be infinite: a leaf that is not as deep as the others is filled up below such a threshold.
         if np.isnan(thresholds).any() or not np.isfinite(self._leaves).all():
             raise ArtifactDamaged("the trees of a calibration have leaves that are not finite, or no threshold")
         # Node k of a level has the nodes 2 k and 2 k + 1 of the next below it, whichever tree it belongs to.
@@ -59,7 +59,7 @@ class Ensemble:
         """The sum of the trees for each sample.
 
         Args:
-            samples: (n, features); no NaN, of which a tree could not say whether it is above anything.
+            samples: (n, features); no NaN, which no threshold can order.
 
         Returns:
             (n,)
@@ -67,7 +67,7 @@ class Ensemble:
         values = samples.ravel()
         row = (np.arange(len(samples)) * samples.shape[1])[:, None]
         node = np.tile(self._roots, (len(samples), 1))
-        # No index is ever out of range, and numpy is a third faster where it need not report one.
+        # No index is ever out of range, and numpy is a third faster where it does not check.
         for features, thresholds in self._levels:
             asked = values.take(row + features.take(node, mode="clip"), mode="clip")
             node = 2 * node + (asked > thresholds.take(node, mode="clip"))

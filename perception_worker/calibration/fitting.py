@@ -1,8 +1,8 @@
 """Fits a calibration on a table of the experiment `qoe`, flown on train identities.
 
-Trees are fitted on three of four people. On the others, whom they have not seen, it is looked up by how much the reach
-has to be multiplied so that it holds nine of ten joints: for each kind of joint by itself (split conformal prediction,
-Mondrian by joint). So the radius also holds on people never seen, as far as they are like these.
+Trees are fitted on three of four people. The others, whom they have not seen, tell by how much the reach has to be
+multiplied to hold nine of ten joints: for each kind of joint by itself (split conformal prediction, Mondrian by joint).
+So the radius also holds for people never seen, as far as they are like these.
 """
 
 from dataclasses import dataclass
@@ -34,13 +34,13 @@ from protocol.skeleton import JOINT_COUNT
 
 LEARNING_RATE = 0.15
 HELD_OUT = 4
-"""Every how manyth person the trees don't see."""
+"""One person of this many is held out from the trees."""
 
 LEAST_PEOPLE = 8
 
 
 class Growth(NamedTuple):
-    """How many trees, and how many levels each. What they tell a frame's joints has a quarter of a millisecond."""
+    """How many trees, and how many levels each. Their answer for a frame may take a quarter of a millisecond."""
 
     trees: int
     depth: int
@@ -77,32 +77,30 @@ def fit(path: Path, *, version: str) -> StoredCalibration:
 
     Args:
         path: of the table, a Parquet file that `orchestrator experiment qoe --split train` has made.
-        version: of Vantage, for the file to tell.
+        version: of Vantage, recorded in the file.
 
     Raises:
         InvalidInput: it is no such table, or has too few people.
     """
     table = _read(path)
     joints = located_joints(table)
-    people = np.unique(joints.identity)
-    if len(people) < LEAST_PEOPLE:
-        raise InvalidInput(f"{path} has {len(people)} people; a calibration takes {LEAST_PEOPLE} or more")
-    held_out = people[HELD_OUT - 1 :: HELD_OUT]
-    unseen = np.isin(joints.identity, held_out)
+    fitted_on, calibrated_on = _split_people(joints, path)
+    unseen = np.isin(joints.identity, calibrated_on)
     seen, others = joints.of(~unseen), joints.of(unseen)
     error = _trees(ERROR_GROWTH, seen.features, np.minimum(seen.error, LARGEST_ERROR), objective="regression")
     reach = _trees(REACH_GROWTH, seen.features, seen.error, objective="quantile", alpha=COVERAGE)
+    provenance = Provenance(
+        version=version,
+        table=sha256(path),
+        frames=table.num_rows // JOINT_COUNT,
+        joints=len(joints.error),
+        fitted_on=fitted_on,
+        calibrated_on=calibrated_on,
+        depth_noise=tuple(sorted(table["depth_noise"].unique().to_pylist())),
+    )
     return StoredCalibration(
         setting=_setting(table, path),
-        provenance=Provenance(
-            version=version,
-            table=sha256(path),
-            frames=table.num_rows // JOINT_COUNT,
-            joints=len(joints.error),
-            fitted_on=tuple(np.setdiff1d(people, held_out).tolist()),
-            calibrated_on=tuple(held_out.tolist()),
-            depth_noise=tuple(sorted(table["depth_noise"].unique().to_pylist())),
-        ),
+        provenance=provenance,
         features=FEATURES,
         error=error,
         reach=reach,
@@ -110,8 +108,17 @@ def fit(path: Path, *, version: str) -> StoredCalibration:
     )
 
 
+def _split_people(joints: Joints, path: Path) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """The people whom the trees are fitted on, and those whom the reach is calibrated on."""
+    people = np.unique(joints.identity)
+    if len(people) < LEAST_PEOPLE:
+        raise InvalidInput(f"{path} has {len(people)} people; a calibration takes {LEAST_PEOPLE} or more")
+    held_out = people[HELD_OUT - 1 :: HELD_OUT]
+    return tuple(np.setdiff1d(people, held_out).tolist()), tuple(held_out.tolist())
+
+
 def conformal_factors(reach: Float64Array, joints: Joints) -> tuple[float, ...]:
-    """For each of the 18 joints, what `reach` times it holds `COVERAGE` of the errors of its kind.
+    """For each of the 18 joints, the factor by which `reach` holds `COVERAGE` of the errors of its kind.
 
     Args:
         reach: (n,) metres, as predicted for these joints by trees that have not seen their people.
@@ -158,7 +165,7 @@ def _read(path: Path) -> pa.Table:
 
 
 def _setting(table: pa.Table, path: Path) -> Setting:
-    """What the workers were that observed all this, as the table tells."""
+    """The setting of the workers that made the table, as recorded in it."""
     encoded = (table.schema.metadata or {}).get(b"vantage.config")
     if encoded is None:
         raise InvalidInput(f"{path} does not tell the configuration that it was made with")
@@ -167,7 +174,7 @@ def _setting(table: pa.Table, path: Path) -> Setting:
 
 
 def _require_surfaces(table: pa.Table, path: Path) -> None:
-    """A lifter that has learned tells errors in metres by itself, and its errors are no surface's."""
+    """Refuse tables of a learned lifter, which tells errors in metres itself; they are not those of a surface."""
     if "lifting" in table.column_names and "learned" in table["lifting"].unique().to_pylist():
         raise InvalidInput(
             f'{path} is of joints that a learned lifter placed; observe them with perception.lifting = "nearest"'

@@ -34,8 +34,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--epochs", type=int, default=40, help="how often each view is seen (default: 40)")
-    parser.add_argument("--seed", type=int, default=0, help="of what is drawn in training (default: 0)")
+    parser.add_argument("--epochs", type=int, default=40, help="passes over all views (default: 40)")
+    parser.add_argument("--seed", type=int, default=0, help="of the random generators of the training (default: 0)")
 
 
 def _fitted(chosen: argparse.Namespace) -> StoredLifter:
@@ -55,7 +55,7 @@ def _fitted(chosen: argparse.Namespace) -> StoredLifter:
 
 
 def _training_path(output: Path) -> Path:
-    """Where the training of a lifter is kept until that is written."""
+    """The file of a training under way; it is removed once the lifter is written."""
     return output.with_name(f"{output.name}.training")
 
 

@@ -1,4 +1,4 @@
-"""Which lifter a perception worker takes: the one that was fitted behind what it does."""
+"""Which lifter a perception worker takes: the one that was fitted for its setting."""
 
 from importlib import resources
 from pathlib import Path

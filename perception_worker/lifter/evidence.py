@@ -1,4 +1,4 @@
-"""What the depths around keypoints say: the quantiles of a window of a few pixels, and of one of a body's part."""
+"""The depths around keypoints: quantiles of a window of a few pixels, and of one as large as a body's part."""
 
 import numpy as np
 
@@ -8,11 +8,11 @@ from protocol.pose_estimate import Evidence
 from protocol.skeleton import JOINT_COUNT, Joint
 
 NEAREST, FARTHEST = 0.3, 15.0
-"""Metres. Depth outside of this range is not believed: it is a depth camera's."""
+"""Metres, the range of a depth camera. Depth outside of it is ignored."""
 
 QUANTILES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
 SHARE, LEAST, FRONT = 0, 1, 3
-"""Columns of the evidence: the share of believed depths, the nearest of them, and the lower quartile."""
+"""Columns of the evidence: the share of depths in range, the nearest of them, and the lower quartile."""
 
 PART_REACH = 0.09
 """Metres from a joint to the edge of its wide window: an upper arm's thickness, or a head's half."""
@@ -43,9 +43,9 @@ def evidence_of(depth: AnyArray, keypoints: Float64Array, focal: float) -> Evide
 
 
 def front_depths(narrow: Float32Array) -> Float64Array:
-    """(n, 18) how far the surface in front of each joint is, of those that tell how far the body is.
+    """(n, 18) metres to the surface in front of each joint that tells how far the body is; NaN for other joints.
 
-    That is the torso, where enough of it is known; NaN elsewhere.
+    Those are the joints of the torso, where enough of them are known, else all.
 
     Args:
         narrow: (n, 18, 7) evidence.
@@ -58,7 +58,7 @@ def front_depths(narrow: Float32Array) -> Float64Array:
 
 
 def median_of_known(values: Float64Array) -> Float64Array:
-    """(n, …) the median of each row (n, m, …) without what is NaN; NaN where all is."""
+    """(n, …) the median of each row (n, m, …) without NaN values; NaN where all are."""
     rising = np.sort(values, axis=1)
     count = np.isfinite(values).sum(axis=1)
     lower, upper = (np.expand_dims(np.maximum(place, 0), 1) for place in ((count - 1) // 2, count // 2))
@@ -67,9 +67,9 @@ def median_of_known(values: Float64Array) -> Float64Array:
 
 
 def _sampled(depth: AnyArray, keypoints: Float64Array, offsets: Float64Array) -> Float64Array:
-    """(18, k²) the depths on a square lattice around each keypoint; NaN outside of the picture or what is believed."""
+    """(18, k²) the depths on a square lattice around each keypoint; NaN out of the picture or of range."""
     height, width = depth.shape
-    # Far outside of the picture is as good as anywhere outside, and fits an integer; NaN is nowhere.
+    # Clipped far outside of the picture, so that it fits an integer; NaN goes there as well.
     centres = np.clip(np.where(np.isnan(keypoints), -1e6, keypoints), -1e6, 1e6)
     columns, rows = np.floor(centres + 0.5).astype(np.intp).T
     steps = offsets.astype(np.intp)

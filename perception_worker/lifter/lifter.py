@@ -1,4 +1,4 @@
-"""A lifter that has learned where a body's joints are in space, and how far off each may be."""
+"""A learned lifter: the positions of a body's joints in space, and how far off each may be."""
 
 from typing import NamedTuple
 
@@ -15,14 +15,14 @@ from protocol.pose_estimate import Evidence
 from protocol.skeleton import JOINT_COUNT
 
 LEAST_FOUND = 3
-"""Joints of somebody that have to be found; of fewer nobody's body follows."""
+"""Joints of a person that have to be found; fewer don't determine a body."""
 
 _ACROSS, _AHEAD = 3, 4
 """Of a network's outputs: the logarithms of the scales across a joint's ray and along it."""
 
 
 class Lifted(NamedTuple):
-    """One person; NaN where nobody is.
+    """One person; NaN where there is none.
 
     Attributes:
         points: (18, 3) world frame, metres.
@@ -37,7 +37,7 @@ class Lifted(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """n frames of somebody each, as seen from the cameras.
+    """n frames of one person each, in the cameras' frames.
 
     Attributes:
         points: (n, 18, 3) metres.
@@ -71,7 +71,7 @@ class Lifter:
         self._error = _by_found(stored.inferred, stored.seen, "error")
         self._radius = _by_found(stored.inferred, stored.seen, "radius")
         if not stored.unmeasured >= 1.0:
-            raise ArtifactDamaged("a lifter is not surer of somebody whose depth was not measured")
+            raise ArtifactDamaged("a lifter is not surer of a person whose depth was not measured")
         self._unmeasured = stored.unmeasured
 
     def lift(self, keypoints: Float64Array, height: Float64Array, evidence: Evidence, camera: Camera) -> Lifted:
@@ -100,7 +100,7 @@ class Lifter:
 
 
 def estimate_of(network: LifterNetwork, tokens: Tokens) -> Estimate:
-    """What a network says of frames, and of the same in a mirror, on average: so neither side is preferred."""
+    """A network's output for frames, averaged with that for their mirror images: so neither side is preferred."""
     told = network(np.concatenate([tokens.values, mirrored(tokens.values)]))
     straight, turned = told[: len(tokens.values)], told[len(tokens.values) :][:, MIRRORED]
     turned[:, :, 0] *= -1.0
@@ -108,7 +108,7 @@ def estimate_of(network: LifterNetwork, tokens: Tokens) -> Estimate:
     slopes = np.concatenate([tokens.rays, np.ones((*tokens.rays.shape[:2], 1))], axis=2)
     return Estimate(
         points=points_of(tokens, outputs[:, :, :3]),
-        # Of Laplace distributions: their scales are what the network says.
+        # Of Laplace distributions, whose scales the network gives.
         across=np.sqrt(3.0) * np.exp(outputs[:, :, _ACROSS]),
         ahead=np.sqrt(2.0) * np.exp(outputs[:, :, _AHEAD]),
         rays=slopes / np.sqrt((slopes**2).sum(axis=2, keepdims=True)),

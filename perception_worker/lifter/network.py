@@ -1,7 +1,7 @@
-"""A small transformer over a body's joints, in numpy: what a lifter computes where there is no torch.
+"""A small transformer over a body's joints, in numpy, so that a lifter needs no torch.
 
 Each joint's token becomes `width` numbers, layers of attention and of a hidden layer add to them, and five numbers come
-out: where the joint is, and how far off that may be. Norms have no factors of their own, since what follows has them.
+out: the joint's position, and how far off it may be. Norms have no factors, since the layers after them have.
 """
 
 from collections.abc import Mapping
@@ -111,7 +111,7 @@ def _scaled(layer: _Layer, shape: Shape) -> _Layer:
 
 
 def _product(rows: Float32Array, matrix: Float32Array) -> Float32Array:
-    """`rows @ matrix`, some rows at a time: so few that no BLAS shares them among threads and adds up otherwise."""
+    """`rows @ matrix` in pieces too small for a BLAS to share among threads, which would change the order of sums."""
     pieces = rows.reshape(-1, _ROWS_AT_ONCE, rows.shape[1])
     return (pieces @ matrix).reshape(len(rows), matrix.shape[1])
 

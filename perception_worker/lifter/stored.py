@@ -1,4 +1,4 @@
-"""A lifter as its file has it, and what it depends on and comes from."""
+"""A lifter as stored in its file, with its setting and its origin."""
 
 import hashlib
 import math
@@ -22,20 +22,20 @@ from protocol.text import UNDECODABLE
 FORMAT = 1
 
 LARGEST_FILE = 8 * 1024 * 1024
-"""Bytes; what is larger is no lifter."""
+"""Bytes; a larger file is no lifter."""
 
 Factors = Annotated[tuple[Factor, ...], Meta(min_length=JOINT_COUNT, max_length=JOINT_COUNT)]
 
 
 class Provenance(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where a lifter comes from.
+    """The origin of a lifter.
 
     Attributes:
         version: of Vantage.
         table: sha256 of the table that it was fitted on.
-        views: what that is made of, in JSON; with it `orchestrator lifter fit` makes the table again.
+        views: the settings of that table, in JSON; `orchestrator lifter fit` makes the table again from them.
         training: how its network learned, in JSON.
-        frames: with somebody in them.
+        frames: with a person in them.
         fitted_on, calibrated_on: identities, by their numbers.
     """
 
@@ -49,11 +49,11 @@ class Provenance(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Certainty(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """By what a network's scale is multiplied, for each joint.
+    """The factors of a network's scale, for each joint.
 
     Attributes:
-        error: to be the error that is expected.
-        radius: to be the radius that holds the joint nine times of ten.
+        error: scale to expected error.
+        radius: scale to the radius that holds the joint nine times of ten.
     """
 
     error: Factors
@@ -64,12 +64,12 @@ class StoredLifter(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """All of a lifter.
 
     Attributes:
-        setting: what it was fitted behind.
+        setting: the network that it was fitted behind.
         tokens: numbers in a token.
         weights: arrays by their names, float16, little-endian.
         checksum: sha256 of the weights in the order of their names.
         seen, inferred: for joints that were found, and for those that were not.
-        unmeasured: by what radii and errors are multiplied besides where there was no depth at all.
+        unmeasured: a further factor of radii and errors where no depth was measured.
     """
 
     format: int = FORMAT
@@ -131,7 +131,7 @@ def decoded(encoded: bytes, name: str) -> StoredLifter:
     """A file's lifter.
 
     Raises:
-        ArtifactDamaged: it is none.
+        ArtifactDamaged: it is not a lifter.
     """
     try:
         return msgspec.msgpack.decode(encoded, type=StoredLifter)

@@ -1,17 +1,17 @@
-"""The evidence of a frame as a lifter's network takes it: one token for each joint, and the frame that it is told in.
+"""The evidence of a frame as a lifter's network takes it: one token for each joint, and the coordinates it is in.
 
 Lengths are in metres, as seen from the camera: x to the right, y down, z along the view, from a point in the body's
-middle. Where the camera stands in the world is in no token; what is up is, since people stand on their feet. Seen in a
-mirror, left and right joints change places and x its sign: nothing else does.
+middle. No token tells where the camera stands in the world; tokens do tell the vertical, since people stand on their
+feet. In a mirror, left and right joints change places and x its sign: nothing else changes.
 
-One frame or a hundred thousand are told by the same code, so what is learned from is what is lifted.
+The same code makes the tokens for fitting and for lifting, of one frame or of a hundred thousand.
 """
 
 import numpy as np
 from msgspec import Struct
 
 from perception_worker.lifter.evidence import LEAST, SHARE, front_depths, median_of_known
-from protocol.arrays import BoolArray, Float32Array, Float64Array
+from protocol.arrays import AnyArray, BoolArray, Float32Array, Float64Array
 from protocol.skeleton import Joint
 
 TOKEN_SIZE = 26
@@ -25,21 +25,21 @@ INPUTS: dict[str, tuple[int, ...]] = {
     "distance": (19, 20, 25),
     "up": (23, 24),
 }
-"""The columns of each thing that is told; for whoever wants to know what it is worth."""
+"""The columns of each kind of evidence, for ablations."""
 
 _X, _CENTRE_X = 0, 21
 """Columns whose sign a mirror changes."""
 
 _FARTHEST_ASIDE = 2.0
-"""Metres beyond which depths around a joint are of something else, however far."""
+"""Metres beyond which depths around a joint belong to another surface, however far it is."""
 
 _STANDING = 1.35
-"""Metres from the lowest to the highest joint of most people; tells how far somebody is who has no depth at all."""
+"""Metres from the lowest to the highest joint of most people; tells how far a person without any depth is."""
 
 _LEAST_DEPTH, _MOST_DEPTH = 0.5, 15.0
 
 _USUAL_RESOLUTION = 100.0
-"""Pixels a metre; resolutions are told as the logarithm of their ratio to it."""
+"""Pixels a metre; a token has the logarithm of a resolution's ratio to it."""
 
 
 def _mirrored_joints() -> list[int]:
@@ -49,17 +49,17 @@ def _mirrored_joints() -> list[int]:
 
 
 MIRRORED = np.array(_mirrored_joints(), dtype=np.intp)
-"""(18,) for each joint, that on the body's other side; its own place for those in the middle."""
+"""(18,) for each joint, the one on the body's other side; itself for joints in the middle."""
 
 
 class Seen(Struct, frozen=True, eq=False, kw_only=True):
-    """What is known of n frames.
+    """The evidence of n frames.
 
     Attributes:
         rays: (n, 18, 2) slopes x/z and y/z to each keypoint, NaN where there is none.
         height: (n, 18) of the joints' peaks, 0 to 1.
         narrow, wide: (n, 18, 7) evidence.
-        up: (n, 2) the y and z of what is up, as the camera sees it.
+        up: (n, 2) the y and z of the upward direction in the camera's frame.
         focal: (n,) pixels per unit of slope.
     """
 
@@ -72,11 +72,11 @@ class Seen(Struct, frozen=True, eq=False, kw_only=True):
 
 
 class Tokens(Struct, frozen=True, eq=False, kw_only=True):
-    """What a network is told of n frames, and what makes points of its answer.
+    """A network's input for n frames, and what makes points of its answer.
 
     Attributes:
         values: (n, 18, TOKEN_SIZE).
-        rays: (n, 18, 2) along which each joint is looked for: its keypoint's, or the body's middle.
+        rays: (n, 18, 2) on which each joint is expected: its keypoint's, or the body's middle.
         depth: (n,) metres along the view to the body's middle.
         measured: (n,) whether any depth told so.
     """
@@ -88,7 +88,7 @@ class Tokens(Struct, frozen=True, eq=False, kw_only=True):
 
 
 def tokens_of(seen: Seen) -> Tokens:
-    """Tell the evidence of frames in each of which a joint at least was found."""
+    """The tokens of frames in each of which at least one joint was found."""
     found = np.isfinite(seen.rays[:, :, 0])
     centre = median_of_known(seen.rays)
     depth = median_of_known(front_depths(seen.narrow))
@@ -101,18 +101,22 @@ def tokens_of(seen: Seen) -> Tokens:
     values[:, :, 9:16] = _told(seen.wide, depth)
     values[:, :, 16], values[:, :, 17] = seen.height, found
     values[:, :, 18] = np.isfinite(seen.narrow[:, :, LEAST])
-    shared = (
-        depth / 5.0,
-        measured,
-        centre[:, 0],
-        centre[:, 1],
-        seen.up[:, 0],
-        seen.up[:, 1],
-        np.log(seen.focal / depth / _USUAL_RESOLUTION),
-    )
-    for place, column in zip((19, 20, _CENTRE_X, 22, 23, 24, 25), shared, strict=True):
+    for place, column in _shared(seen, centre, depth, measured).items():
         values[:, :, place] = column[:, None]
     return Tokens(values=values, rays=rays, depth=depth, measured=measured)
+
+
+def _shared(seen: Seen, centre: Float64Array, depth: Float64Array, measured: BoolArray) -> dict[int, AnyArray]:
+    """The columns (n,) that a frame's joints have in common, by their place in a token."""
+    return {
+        19: depth / 5.0,
+        20: measured,
+        _CENTRE_X: centre[:, 0],
+        22: centre[:, 1],
+        23: seen.up[:, 0],
+        24: seen.up[:, 1],
+        25: np.log(seen.focal / depth / _USUAL_RESOLUTION),
+    }
 
 
 def mirrored(values: Float32Array) -> Float32Array:
@@ -143,7 +147,7 @@ def _told(evidence: Float32Array, depth: Float64Array) -> Float32Array:
 
 
 def _depth_by_size(rays: Float64Array) -> Float64Array:
-    """(n,) how far people are by how large they look; far where too few joints tell."""
+    """(n,) metres to people by their size in the picture; far where too few joints tell."""
     y = rays[:, :, 1]
     size = np.where(np.isfinite(y), y, -np.inf).max(axis=1) - np.where(np.isfinite(y), y, np.inf).min(axis=1)
     return _STANDING / np.maximum(size, _STANDING / _MOST_DEPTH)

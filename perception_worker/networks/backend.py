@@ -4,9 +4,6 @@ import importlib.util
 import logging
 from pathlib import Path
 
-from msgspec.structs import replace
-
-from perception_worker.look import Look, TrackingLook, WholeLook
 from perception_worker.networks.engine import Engine
 from perception_worker.networks.layout import find_layout, require_covering
 from perception_worker.networks.models import KNOWN, OPENPOSE_MOBILENET_THIN, OPENPOSE_MOBILENET_THIN_5, require_network
@@ -31,7 +28,7 @@ DEFAULT_SIZE = 240, 320
 """Rows and columns of a whole frame where the configuration names none and the network takes any."""
 
 DEFAULT_SEARCH = 320, 424
-"""Likewise, of whoever looks at a whole frame only to find the person in it, and did not at `DEFAULT_SIZE`."""
+"""Likewise, of a whole frame that is only searched for the person, where a search at `DEFAULT_SIZE` found none."""
 
 DEFAULT_REGION = 176, 120
 """Likewise, of the region around a person, who is taller than wide (docs/decisions/0210)."""
@@ -74,35 +71,8 @@ def open_network(config: PerceptionConfig) -> Network:
     )
 
 
-def open_look(config: PerceptionConfig) -> Look:
-    """The way of looking that a configuration, settled by its profile, names, with its networks.
-
-    Raises:
-        VantageError: as `open_network`.
-    """
-    whole = open_network(config)
-    if config.look == "whole":
-        return WholeLook(whole)
-    quick, region = quick_search_size(config), region_size(config)
-    closer = whole if region is None else _open_network_at(region, config)
-    return TrackingLook([whole] if quick is None else [_open_network_at(quick, config), whole], closer)
-
-
-def _open_network_at(size: tuple[int, int], config: PerceptionConfig) -> Network:
-    return open_network(replace(config, input_height=size[0], input_width=size[1]))
-
-
-def quick_search_size(config: PerceptionConfig) -> tuple[int, int] | None:
-    """Rows and columns at which whoever tracks first looks for a person in a whole frame.
-
-    None where that is `input_size` already: where the configuration or the network names it.
-    """
-    named = config.input_height is not None or config.input_width is not None or input_size(config) != DEFAULT_SEARCH
-    return None if named else DEFAULT_SIZE
-
-
 def region_size(config: PerceptionConfig) -> tuple[int, int] | None:
-    """Rows and columns of a region around a person as the network is shown it; None where it sees all in one size."""
+    """Rows and columns of a region around a person as the network takes it; None where it takes one size alone."""
     if network_name(config) in _SINGLE_PERSON:
         return None
     if _file_decides(config) and config.region_height is None and config.region_width is None:
@@ -112,14 +82,14 @@ def region_size(config: PerceptionConfig) -> tuple[int, int] | None:
 
 
 def network_name(config: PerceptionConfig) -> str:
-    """What a settled configuration's network is called: the name that it is known by, or its file's."""
+    """The name of a settled configuration's network: the one that it is known by, or its file's."""
     if config.network is None:
         return (OPENPOSE_MOBILENET_THIN_5 if config.look == "track" else OPENPOSE_MOBILENET_THIN).name
     return config.network if config.network in KNOWN else readable(Path(config.network).name)
 
 
 def input_size(config: PerceptionConfig) -> tuple[int, int] | None:
-    """Rows and columns of the image that the configuration's network is shown; None where its file decides."""
+    """Rows and columns of the image that the configuration's network takes; None where its file decides."""
     name = network_name(config)
     return _SINGLE_PERSON[name].size if name in _SINGLE_PERSON else _wanted_size(config)
 
@@ -188,7 +158,7 @@ def _open_engine(file: Path, size: tuple[int, int] | None, config: PerceptionCon
 
 
 def _open_on_gpu(file: Path, size: tuple[int, int] | None, config: PerceptionConfig) -> Engine | None:
-    """The network on a GPU, if there is one that ONNX Runtime can really use: it may be built for it and find none."""
+    """The network on a GPU that ONNX Runtime can use; None where it finds none, though it may be built for one."""
     if config.precision != "f32" or importlib.util.find_spec("onnxruntime") is None:
         return None
     from perception_worker.networks.onnxruntime_engine import CPU, OnnxRuntimeEngine, gpu_providers
@@ -229,7 +199,7 @@ def _open_openvino(file: Path, size: tuple[int, int] | None, config: PerceptionC
 
 
 def _at_once(config: PerceptionConfig) -> int:
-    """Inferences that run at the same time: of the requests in hand as many as there are cores for."""
+    """Inferences that run at the same time: as many of the requests in hand as the cores allow."""
     return max(1, min(config.prefetch, available_cores() // config.threads))
 
 

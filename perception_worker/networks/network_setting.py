@@ -1,4 +1,4 @@
-"""What the keypoints that a worker finds depend on: whatever was fitted on such keypoints fits no other setting."""
+"""What a worker's keypoints depend on: a model fitted on its keypoints fits no other setting."""
 
 import msgspec
 from msgspec import Struct
@@ -8,11 +8,11 @@ from protocol.config import PerceptionConfig
 
 
 class NetworkSetting(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The network, and how it is shown a picture.
+    """The network, and the size of its inputs.
 
     Attributes:
         rows, columns: of the network's input for whole frames; 0 where its file decides.
-        region_rows, region_columns: of its input for regions; 0 where it is shown none.
+        region_rows, region_columns: of its input for regions; 0 where it gets none.
     """
 
     network: str
@@ -25,12 +25,12 @@ class NetworkSetting(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     @property
     def words(self) -> str:
-        """What it is, for messages."""
+        """The setting in words, for messages."""
         return ", ".join(f"{name} {value}" for name, value in msgspec.structs.asdict(self).items())
 
 
 def network_setting(config: PerceptionConfig) -> NetworkSetting:
-    """That of a perception worker of this configuration, settled by its profile."""
+    """The setting of a perception worker of this configuration, settled by its profile."""
     rows, columns = input_size(config) or (0, 0)
     region_rows, region_columns = (region_size(config) or (rows, columns)) if config.look == "track" else (0, 0)
     return NetworkSetting(

@@ -24,7 +24,7 @@ TENSORRT, CUDA, CPU = "TensorrtExecutionProvider", "CUDAExecutionProvider", "CPU
 _LIBRARY = "ONNX Runtime"
 
 _KINDS = {"tensor(float)": "float32", "tensor(float16)": "float16", "tensor(double)": "float64"}
-"""What ONNX Runtime calls them, and numpy."""
+"""ONNX Runtime's names of types, and numpy's."""
 
 _SEVERITY_ERROR = 3
 
@@ -61,7 +61,7 @@ class OnnxRuntimeEngine:
             self.outputs = shapes_of(self.run(np.zeros((COLOURS, *self.input_size), dtype=np.float32)))
 
     def run(self, image: Float32Array) -> Outputs:
-        """What the network gives for an image (3, rows, columns), by name and without the batch's dimension."""
+        """The network's outputs for an image (3, rows, columns), by name and without the batch's dimension."""
         given = {self._input: image[None].astype(self._kind, copy=False)}
         outputs: list[Any] = list(self._session.run(self._names, given))
         # It does not tell an output of no sides from one of any.
@@ -86,7 +86,7 @@ def gpu_providers() -> list[str]:
 
 
 def _spec(port: onnxruntime.NodeArg) -> TensorSpec:
-    """What a network's file says of an input or an output; ONNX Runtime has no side where it knows nothing of them."""
+    """An input or an output as the file declares it; ONNX Runtime gives no sides where it knows none."""
     sides = tuple(side if isinstance(side, int) else None for side in port.shape) or None
     kind = str(port.type)
     return TensorSpec(port.name, sides, _KINDS.get(kind, kind))

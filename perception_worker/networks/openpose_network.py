@@ -1,4 +1,4 @@
-"""A network of OpenPose's kind: heatmaps and part-affinity fields of everybody in the picture, grouped into people."""
+"""A network of OpenPose's kind: heatmaps and part-affinity fields of all people in the picture, grouped into people."""
 
 from perception_worker.networks.decoding import decode
 from perception_worker.networks.engine import Engine
@@ -38,5 +38,5 @@ class OpenPoseNetwork:
         return output
 
     def decode(self, output: NetworkOutput) -> People:
-        """The person who shows the most joints, and everybody else."""
+        """The person with the most joints, and the others."""
         return decode(output, self._threshold)

@@ -12,14 +12,14 @@ from perception_worker.networks.signature import COLOURS, TensorSpec, explained,
 from protocol.arrays import Float32Array
 
 _KINDS = {"f32": "float32", "f16": "float16", "f64": "float64"}
-"""What OpenVINO calls them, and numpy."""
+"""OpenVINO's names of types, and numpy's."""
 
 
 class OpenVinoEngine:
     """A network compiled for one image size.
 
-    Precision, threads and pinning are always set: left to itself OpenVINO computes in bfloat16 where the CPU can, and
-    with one thread it pins every process to the same core.
+    Precision, threads and pinning are always set: by default OpenVINO computes in bfloat16 where the CPU can, and with
+    one thread it pins every process to the same core.
     """
 
     def __init__(
@@ -54,23 +54,20 @@ class OpenVinoEngine:
             given = [_spec(port) for port in model.outputs]
             names = outputs_of_floats(given, file)
             self._places = {spec.name: place for place, spec in enumerate(given) if spec.name in names}
-            self._compiled = core.compile_model(
-                model,
-                "CPU",
-                {
-                    "INFERENCE_PRECISION_HINT": precision,
-                    "INFERENCE_NUM_THREADS": threads * at_once,
-                    "ENABLE_CPU_PINNING": False,
-                    "NUM_STREAMS": at_once,
-                },
-            )
+            settings = {
+                "INFERENCE_PRECISION_HINT": precision,
+                "INFERENCE_NUM_THREADS": threads * at_once,
+                "ENABLE_CPU_PINNING": False,
+                "NUM_STREAMS": at_once,
+            }
+            self._compiled = core.compile_model(model, "CPU", settings)
             self._local = threading.local()
-            # The first look at a tensor's data initialises the binding: two threads that do so at once wait for each
-            # other for ever, Python's lock held, and the process answers no ping any more.
+            # The first access to a tensor's data initialises the binding: two threads that do so at once deadlock with
+            # Python's lock held, and the process answers no more pings.
             self.outputs = shapes_of(self.run(np.zeros((COLOURS, *self.input_size), np.float32)))
 
     def run(self, image: Float32Array) -> Outputs:
-        """What the network gives for an image (3, rows, columns), by name and without the batch's dimension."""
+        """The network's outputs for an image (3, rows, columns), by name and without the batch's dimension."""
         request = self._request()
         # Its own tensors: what `infer` does to take an array and to give a dictionary costs a tenth of a small network.
         request.get_input_tensor().data[0] = image
@@ -89,7 +86,7 @@ class OpenVinoEngine:
 
 
 def _spec(port: openvino.Output) -> TensorSpec:
-    """What a network's file says of an input or an output."""
+    """An input or an output as the network's file describes it."""
     shape, kind = port.partial_shape, port.element_type.get_type_name()
     sides = None if shape.rank.is_dynamic else tuple(None if one.is_dynamic else one.get_length() for one in shape)
     return TensorSpec(port.any_name, sides, _KINDS.get(kind, kind))

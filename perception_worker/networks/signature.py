@@ -1,7 +1,7 @@
-"""What a network's file says that it takes and gives, held against what it is shown and asked for.
+"""A network's inputs and outputs as its file declares them, checked against the input and outputs that we need.
 
-An engine would reshape a network, cast a picture or a map, or leave the first of them out, without a word. So each of
-them reads the file's own signature first, and what does not fit is refused when the network is opened.
+An engine would silently reshape a network, cast a picture or a map, or drop one. So each engine reads the file's own
+signature first, and a network that does not fit is refused when it is opened.
 """
 
 import logging
@@ -30,7 +30,7 @@ COLOURS = 3
 
 @dataclass(frozen=True)
 class TensorSpec:
-    """An input or an output, as the file has it.
+    """An input or an output, as the file declares it.
 
     Attributes:
         shape: with None for each side that may be any; None where there may be any number of sides.
@@ -43,16 +43,16 @@ class TensorSpec:
 
     @property
     def words(self) -> str:
-        """What it is, for messages."""
+        """The tensor in words, for messages."""
         sides = "…" if self.shape is None else ", ".join("any" if side is None else str(side) for side in self.shape)
         return f"{self.name} {self.kind} [{sides}]"
 
 
 def image_size(inputs: Sequence[TensorSpec], file: Path, wanted: Size | None, default: Size) -> Size:
-    """The size of the images that a network is shown: the wanted one, else its own, else the default.
+    """The size of a network's images: the wanted one, else its own, else the default.
 
     Raises:
-        InvalidConfig: it takes no one image of three colours of that size; the message has what it takes instead.
+        InvalidConfig: it does not take one image of three colours of that size; the message tells what it takes.
     """
     size = wanted or (_own_size(inputs[0].shape, default) if inputs else default)
     if len(inputs) != 1 or inputs[0].kind not in FLOATS or not _takes(inputs[0].shape, (1, COLOURS, *size)):
@@ -66,7 +66,7 @@ def image_size(inputs: Sequence[TensorSpec], file: Path, wanted: Size | None, de
 
 
 def outputs_of_floats(outputs: Sequence[TensorSpec], file: Path) -> list[str]:
-    """The names of what a network gives that may be maps; others are left out.
+    """The names of a network's outputs that may be maps; others are left out.
 
     Raises:
         InvalidConfig: there is none.
@@ -87,7 +87,7 @@ def as_float32(values: NDArray[np.floating]) -> Float32Array:
 
 @contextmanager
 def explained(library: str, file: Path, size: Size) -> Generator[None]:
-    """Make one sentence of whatever keeps a library from a file; such exceptions have no root of their own.
+    """Explain in one sentence why a library can't use a file; such exceptions have no common base class.
 
     Raises:
         InvalidConfig: the library can't use the file on images of this size.

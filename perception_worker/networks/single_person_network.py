@@ -1,8 +1,8 @@
-"""A network that looks for one person: a heatmap for each joint, and no fields to tell people apart.
+"""A network for one person: a heatmap for each joint, and no fields to tell people apart.
 
 MoveNet and BlazePose have no neck. Ours is the middle between the shoulders, and its heatmap is made of theirs: both
 are moved so that their peaks meet there, and the lower value counts. So the neck's peak is as high as the less sure
-shoulder's, and what lies beside the peak is what both shoulders' maps have there.
+shoulder's, and beside the peak it has only what both shoulders' maps have there.
 """
 
 from collections.abc import Mapping
@@ -23,9 +23,9 @@ STRIDE = 4
 """Pixels of a cell, in MoveNet as in BlazePose."""
 
 LEAST_PRESENCE = 0.1
-"""BlazePose says how surely anybody is there; below this its heatmaps are taken for nobody's.
+"""BlazePose gives a score for the presence of a person; below this its heatmaps count as empty.
 
-Its publisher's 0.5 is meant for a picture of one person alone: a third of our whole frames stay below it, and a fifth
+Its publisher's 0.5 is meant for a picture of one person alone: a third of our whole frames stay below 0.5, and a fifth
 below this. Backgrounds alone reach this in 1 of 109 pictures.
 """
 
@@ -34,14 +34,14 @@ _SHOULDERS = (Joint.RIGHT_SHOULDER, Joint.LEFT_SHOULDER)
 
 @dataclass(frozen=True)
 class SinglePersonKind:
-    """What tells one network of this sort from another.
+    """The properties of one network of this sort.
 
     Attributes:
         size: rows and columns of its input; it takes no other.
         channels: that its heatmaps have.
         channel_of: which of them is each joint's; the neck has none.
         logits: whether its heatmaps have yet to be brought into [0, 1].
-        presence: whether it also says if anybody is there.
+        presence: whether it also gives a score for the presence of a person.
         threshold: height that a peak must exceed, where the configuration names none.
     """
 
@@ -77,10 +77,10 @@ BLAZEPOSE = SinglePersonKind(
 
 
 class SinglePersonNetwork:
-    """Sees a picture fitted into its size with black beside it; each joint is at the highest peak of its heatmap."""
+    """Takes a picture fitted into its size with black beside it; each joint is at the highest peak of its heatmap."""
 
     def __init__(self, engine: Engine, kind: SinglePersonKind, *, threshold: float, name: str) -> None:
-        """Make sure that the network gives what its kind does.
+        """Make sure that the network has the outputs of its kind.
 
         Raises:
             InvalidConfig: it has other outputs.
@@ -111,7 +111,7 @@ class SinglePersonNetwork:
         return NetworkOutput(with_background(joints), np.zeros((0, *heatmaps.shape[1:]), np.float32))
 
     def decode(self, output: NetworkOutput) -> People:
-        """One person; whoever else is in the picture can't be told from them."""
+        """One person; the network does not tell other people in the picture apart."""
         keypoints = highest_peaks(output.heatmaps, self._threshold)
         keypoints[Joint.NECK] = keypoints[list(_SHOULDERS)].mean(axis=0)
         return People(keypoints, np.empty((0, JOINT_COUNT, 2)))
@@ -141,7 +141,7 @@ def neck_map(joints: Float32Array) -> Float32Array:
 
 
 def _moved(heatmap: Float32Array, down: int, right: int) -> Float32Array:
-    """A map moved by whole cells; what comes in at its borders is 0."""
+    """A map moved by whole cells, with 0 beyond its borders."""
     rows, columns = heatmap.shape
     moved = np.zeros_like(heatmap)
     moved[max(down, 0) : rows + min(down, 0), max(right, 0) : columns + min(right, 0)] = heatmap[

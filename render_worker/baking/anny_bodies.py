@@ -111,9 +111,9 @@ def data_directory() -> Path:
 
 @contextmanager
 def working_cache(beside: Path) -> Generator[None]:
-    """Give anny a cache for as long as a bake lasts: it fills a gigabyte, which nobody needs afterwards.
+    """Give anny a cache for as long as a bake lasts: it fills a gigabyte that is not needed afterwards.
 
-    A cache that is there already is used and left as it is.
+    A cache that is there already is used and not changed.
     """
     home = home_directory()
     if "ANNY_CACHE_DIR" in os.environ or (home is not None and (home / ".cache" / "anny").is_dir()):
@@ -139,6 +139,6 @@ def _remove_orphans(beside: Path) -> None:
 
 
 def _mark(process: int) -> str:
-    """How the directory of a bake's process is called: nobody else's is called that, then or later."""
+    """The name of a bake process's directory; no other process has the same, then or later."""
     started = process_start(process)
     return f".anny-{process}-{'gone' if started is None else started.ticks}"

@@ -19,7 +19,7 @@ SIZE = 512
 """Of a mask, and of the skin's texture that it is for."""
 
 _PAINTED_SIZE = 2 * SIZE
-"""Of what is painted here, before it is made smaller and so smoother."""
+"""Size of the masks as painted here; reducing them makes them smoother."""
 
 _JPEG_NOISE = 8
 """Values below it are what compression left in empty places."""

@@ -1,4 +1,4 @@
-"""Photographs for grounds and walls, out of scikit-image's wheel, which pip downloads and nobody installs.
+"""Photographs for grounds and walls, out of scikit-image's wheel, which pip downloads and does not install.
 
 All are under CC0, by the notes in `skimage/data/_fetchers.py` of that wheel; none shows a person.
 """

@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 class View(NamedTuple):
-    """What a frame shows, and where it is drawn.
+    """The camera's view of a frame, and the target that it is drawn on.
 
     Attributes:
         clip: (4, 4) world to clip space.
-        region: the part that is drawn; outside of it the target is left as it may be.
+        region: the part that is drawn; the target outside of it is undefined.
     """
 
     target: "Framebuffer"
@@ -29,7 +29,7 @@ class View(NamedTuple):
 
     @classmethod
     def of(cls, target: "Framebuffer", camera: Camera, region: Region) -> "View":
-        """A region of what a camera sees."""
+        """A region of a camera's picture."""
         clip = clip_projection(camera.intrinsics) @ world_to_camera(camera.pose)
         return cls(target, camera.intrinsics, clip, region)
 

@@ -1,4 +1,4 @@
-"""The box around somebody tells that they are not in a region; OpenGL would transform all of them to find out."""
+"""The box around a person shows that they are not in a region; OpenGL would have to transform all their corners."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from render_worker.opengl.picture import NEAREST
 
 
 class Outline:
-    """The box around somebody's surfaces.
+    """The box around a person's surfaces.
 
     Args:
         points: (n, 3) world frame, metres.

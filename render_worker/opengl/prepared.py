@@ -1,4 +1,4 @@
-"""What a scene is made of before OpenGL has any of it: posed and clothed bodies, the ground around them, their light.
+"""A scene prepared for OpenGL: posed and clothed bodies, the ground around them, their light.
 
 None of it needs OpenGL, so one scene can be prepared while another is drawn.
 """
@@ -35,7 +35,7 @@ class PreparedScene(NamedTuple):
 
 
 def prepare(assets: Assets, scene: Scene, extent: float) -> PreparedScene:
-    """Pose, clothe and place everybody in a scene; `extent` is its ground's width in metres."""
+    """Pose, clothe and place all people of a scene; `extent` is its ground's width in metres."""
     light, hall = light_of(scene), is_hall(scene.background)
     figures = (scene.person, *scene.bystanders)
     dressed = [dress(assets, figure) for figure in figures]

@@ -71,7 +71,7 @@ class OpenGlRenderer:
 
     @property
     def device(self) -> str:
-        """What draws, in the driver's words."""
+        """The device that draws, by the driver's name."""
         return self._device
 
     def render(self, scene: Scene, camera: Camera, *, region: Region | None = None, truth: bool = False) -> Frame:

@@ -7,9 +7,9 @@ from render_worker.opengl.staging import Staged
 
 
 class SceneCache:
-    """Keeps the scenes used last; what drops out is given back to OpenGL by the context's own collection.
+    """Keeps the scenes used last; the context's own collection frees those that drop out.
 
-    Not for several threads at once: whoever draws holds the renderer's lock.
+    Not for several threads at once: the thread that draws holds the renderer's lock.
     """
 
     def __init__(self, kept: int) -> None:
@@ -17,14 +17,14 @@ class SceneCache:
         self._scenes: OrderedDict[Scene, Staged] = OrderedDict()
 
     def get(self, scene: Scene) -> Staged | None:
-        """A scene that is there; it is then the one used last."""
+        """A kept scene; it is then the one used last."""
         staged = self._scenes.get(scene)
         if staged is not None:
             self._scenes.move_to_end(scene)
         return staged
 
     def put(self, scene: Scene, staged: Staged) -> None:
-        """Keep a scene, in place of the one that was not used for the longest."""
+        """Keep a scene in place of the least recently used one."""
         self._scenes[scene] = staged
         self._scenes.move_to_end(scene)
         while len(self._scenes) > self._kept:

@@ -1,4 +1,4 @@
-"""Where on the ground the shadow of people can fall, so that it is not looked for elsewhere."""
+"""Where on the ground the shadow of people can fall, so that shaders look for it nowhere else."""
 
 import math
 from collections.abc import Iterable
@@ -17,7 +17,7 @@ REACH = 0.006
 
 
 def shadowed_ground(casters: Iterable[Float32Array], patch: Float32Array, light: Light) -> Float64Array | None:
-    """What may be in shadow of a patch of the ground.
+    """The part of a patch of the ground that may be in shadow.
 
     Args:
         casters: of each of the people, (c, 3) corners of their surfaces in the world frame.

@@ -1,4 +1,4 @@
-"""What OpenGL keeps of a scene: bodies, ground, surroundings and shadow, uploaded before the first frame of it."""
+"""A scene on the GPU: bodies, ground, surroundings and shadow, uploaded before its first frame."""
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -30,7 +30,7 @@ class Programs(NamedTuple):
 
 
 class Uploaded(NamedTuple):
-    """Somebody on the GPU.
+    """A person on the GPU.
 
     Attributes:
         closed, open: their surfaces.
@@ -88,7 +88,7 @@ class Staging:
         self._texture_arrays = TextureArrays(context)
 
     def scene(self, prepared: PreparedScene) -> Staged:
-        """What belongs to this scene alone."""
+        """The things that belong to this scene alone."""
         people = tuple(map(self._upload, prepared.people))
         around = self._buffer(prepared.patch[0]), self._buffer(prepared.patch[1])
         return Staged(

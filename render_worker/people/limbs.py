@@ -35,7 +35,7 @@ def hanging(random: np.random.Generator) -> Arm:
 
 
 def standing(random: np.random.Generator) -> tuple[Leg, Leg]:
-    """Legs on which somebody stands."""
+    """Standing legs."""
     legs = [Leg(flexion=float(random.uniform(-0.03, 0.03)), abduction=float(random.uniform(-0.08, 0.02))) for _ in "lr"]
     return legs[0], legs[1]
 

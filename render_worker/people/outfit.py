@@ -1,4 +1,4 @@
-"""What a person wears and looks like, drawn from the scene's appearance seed.
+"""A person's clothes and looks, drawn from the scene's appearance seed.
 
 Heights are fractions of the body's height, lengths of sleeves count along the arm (1 at the elbow, 2 at the wrist).
 Colours are sRGB, 0 to 255.

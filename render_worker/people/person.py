@@ -50,7 +50,7 @@ class Corners(NamedTuple):
 
 
 class Person(NamedTuple):
-    """What a renderer uploads of somebody, and where their joints are.
+    """A person as a renderer uploads them, and the positions of their joints.
 
     Attributes:
         corners: (c, 12) float32: position, normal, texture coordinates and number, distances to edges.
@@ -68,7 +68,7 @@ class Person(NamedTuple):
 
 
 def dress(assets: Assets, figure: Figure) -> Person:
-    """Pose and clothe somebody in a scene, in the body frame."""
+    """Pose and clothe a person of a scene, in the body frame."""
     body = pose_body(assets, figure.identity, figure.pose)
     outfit = sample_outfit(figure.appearance, feminine=is_feminine(assets, figure.identity))
     surfaces = [_skin(assets, body, outfit), *_eyes(assets, body), _lashes(assets, body)]

@@ -29,7 +29,7 @@ _FINGER_CURL = (0.18, 0.42, 0.3)
 
 
 class BonePose(NamedTuple):
-    """What `skinning.bone_transforms` needs: rotations by bone, and the bones that twist about another one's head."""
+    """The input of `skinning.bone_transforms`: rotations by bone, and the bones that twist about another's head."""
 
     rotations: dict[int, Float64Array]
     twists: dict[int, int]

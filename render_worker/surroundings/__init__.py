@@ -1,1 +1,1 @@
-"""What stands around people: walls, ground, sky and light."""
+"""The surroundings of people: walls, ground, sky and light."""

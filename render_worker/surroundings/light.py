@@ -23,7 +23,7 @@ _WIDEST = 5.0
 
 
 class Light(NamedTuple):
-    """What shines on a scene.
+    """The light of a scene.
 
     Attributes:
         centre: of the people, on the ground, world x and y in metres.

@@ -1,4 +1,4 @@
-"""What is around the person: grounds, skies and halls, by the names that a scene gives.
+"""The surroundings of the person: grounds, skies and halls, by their names in a scene.
 
 The lists of names are fixed: the same seed gives the same scene on every machine. A drone flies within 9 m of the
 origin, so a hall's walls stand beyond that.
@@ -82,7 +82,7 @@ def make_ground(name: str, photographs: Mapping[str, UInt8Array]) -> Ground:
 
 
 def make_shells(background: str, photographs: Mapping[str, UInt8Array]) -> tuple[Shell, ...]:
-    """What surrounds the ground: a sky, or walls and a ceiling."""
+    """The surfaces around the ground: a sky, or walls and a ceiling."""
     if not is_hall(background):
         corners, triangles = _dome()
         return (Shell(corners, triangles, SKIES[background](), solid=False),)

@@ -41,8 +41,8 @@ class AnalyticSensor:
     """Answers at once, or when `deliver` says so; the same question always has the same answer."""
 
     def __init__(self, deliver: Callable[[Pending[PoseEstimate], PoseEstimate], None] | None = None) -> None:
-        self.looks = 0
-        self._deliver = deliver or (lambda pending, observation: pending.succeed(observation, TIMING))
+        self.requests = 0
+        self._deliver = deliver or (lambda pending, estimate: pending.succeed(estimate, TIMING))
 
     def sample(self, seed: int, split: Split) -> Scene:
         rng = np.random.default_rng((seed, len(split)))
@@ -57,14 +57,14 @@ class AnalyticSensor:
             background="plain",
         )
 
-    def look(self, scene: Scene, camera: Camera, filter_state: FilterState) -> Pending[PoseEstimate]:
-        self.looks += 1
+    def observe(self, scene: Scene, camera: Camera, filter_state: FilterState) -> Pending[PoseEstimate]:
+        self.requests += 1
         pending: Pending[PoseEstimate] = Pending()
         self._deliver(pending, observe(scene, camera, filter_state))
         return pending
 
 
-def observe(scene: Scene, camera: Camera, before: FilterState) -> PoseEstimate:
+def observe(scene: Scene, camera: Camera, filter_state: FilterState) -> PoseEstimate:
     """What is seen of the person, and the filter after it."""
     rng = np.random.default_rng(np.array(camera.pose.position).view(np.uint64))
     towards_x, towards_y = np.array(camera.pose.position[:2]) - scene.position
@@ -82,7 +82,7 @@ def observe(scene: Scene, camera: Camera, before: FilterState) -> PoseEstimate:
         height=quality,
         distance=quality,
         quality=quality,
-        filter=filtered(before, points, quality),
+        filter=filtered(filter_state, points, quality),
         timings={"render": 0.02, "infer": 0.03, "transport": 0.001},
     )
 
@@ -105,18 +105,18 @@ def joint_quality(distance: float, angle: float) -> np.ndarray:
     return np.where(near > 0.05, quality, 0.0)
 
 
-def filtered(before: FilterState, points: np.ndarray, quality: np.ndarray) -> FilterState:
+def filtered(filter_state: FilterState, points: np.ndarray, quality: np.ndarray) -> FilterState:
     """The Kalman filter of the perception workers, in short."""
     found = ~np.isnan(points[:, 0])
-    noise = np.where(found, BASE_PROCESS_NOISE, before.process_noise + 0.001)
-    prior = before.variance + np.where(before.seen, noise, 0.0)[:, None]
+    noise = np.where(found, BASE_PROCESS_NOISE, filter_state.process_noise + 0.001)
+    prior = filter_state.variance + np.where(filter_state.seen, noise, 0.0)[:, None]
     measured = np.maximum(1.0 - quality, 1e-4)[:, None]
     gain = np.where(found[:, None], prior / (prior + measured), 0.0)
     return FilterState(
-        mean=before.mean + gain * (np.nan_to_num(points) - before.mean),
+        mean=filter_state.mean + gain * (np.nan_to_num(points) - filter_state.mean),
         variance=(1.0 - gain) * prior,
         process_noise=noise,
-        seen=before.seen | found,
+        seen=filter_state.seen | found,
     )
 
 

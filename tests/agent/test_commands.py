@@ -4,7 +4,7 @@ import msgspec
 import pytest
 
 from agent.checkpointing.journal import Journal
-from agent.commands import EvaluationStopped, EvaluationWatch, evaluate_run, train_run
+from agent.commands import EvaluationProgress, EvaluationStopped, evaluate_run, train_run
 from agent.connections import WorkerAccess
 from agent.logbook import Clocks
 from protocol.artifact import sha256
@@ -104,12 +104,12 @@ def test_an_evaluation_tells_how_far_it_is_and_stops_on_request(tmp_path: Path) 
     seconds = iter(range(100))
     clocks = Clocks(wall=lambda: 1e9, steady=lambda: float(next(seconds)))
     with Journal(tmp_path) as journal:
-        watch = EvaluationWatch(journal, 40, clocks, lambda: asked[0])
-        watch(4)
-        watch(4)
+        progress = EvaluationProgress(journal, 40, clocks, lambda: asked[0])
+        progress(4)
+        progress(4)
         asked[0] = True
         with pytest.raises(EvaluationStopped):
-            watch(4)
+            progress(4)
     lines = [
         msgspec.json.decode(line, type=Progress) for line in (tmp_path / "progress.jsonl").read_bytes().splitlines()
     ]

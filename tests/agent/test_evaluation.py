@@ -88,4 +88,4 @@ def test_an_evaluation_ends_where_it_is_told_to(sensor: AnalyticSensor) -> None:
 
     with pytest.raises(Enough):
         evaluate(sensor, RunConfig(environment=SHORT), {"stay": baseline("stay", SHORT)}, 4, stop)
-    assert sensor.looks == 6
+    assert sensor.requests == 6

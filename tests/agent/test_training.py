@@ -109,7 +109,7 @@ def noted(tmp_path: Path, config: RunConfig, *, off_policy: bool) -> list[str]:
             super().send(actions)
 
         def receive_first(self, drones):
-            if drones > len(self._landed):
+            if drones > len(self._finished):
                 learner.done.append(f"receive {drones}")
             return super().receive_first(drones)
 

@@ -65,7 +65,7 @@ def test_a_damaged_artifact_fails_the_build(images, tmp_path):
     """As what a build is handed that is not what set-up made."""
     (tmp_path / "openpose_mobilenet_thin.onnx").write_bytes(b"something else")
     dockerfile = "FROM vantage-perception\nCOPY openpose_mobilenet_thin.onnx /opt/vantage/\n"
-    dockerfile += "RUN python -m perception_worker.networks.models check\n"
+    dockerfile += "RUN python -m perception_worker.networks check\n"
     (tmp_path / "Dockerfile").write_text(dockerfile)
     done = images.run("build", "--network", "none", str(tmp_path))
     assert done.returncode != 0

@@ -17,7 +17,7 @@ import agent  # noqa: F401 (registers the environment)
 from agent.environment.episode_seeds import episode_seed
 from agent.environment.hover import Hover
 from agent.environment.vector_hover import VectorHover
-from perception_worker.networks import models
+from perception_worker.networks import __main__ as networks_command
 from perception_worker.worker import open_perceiver
 from protocol.config import EnvironmentConfig, PerceptionConfig
 from protocol.errors import InvalidConfig, InvalidInput
@@ -221,7 +221,7 @@ def test_a_lifter_that_is_named_and_not_used_is_refused_by_name() -> None:
 
 
 def test_names_beside_all_networks_are_refused_by_name(caplog: pytest.LogCaptureFixture) -> None:
-    assert models.main(["pull", "--all", "movenet_lightnig"]) == 2
+    assert networks_command.main(["pull", "--all", "movenet_lightnig"]) == 2
     assert "movenet_lightnig" in caplog.text
 
 

@@ -253,7 +253,7 @@ def test_a_user_whom_nobody_knows_can_perceive():
             timeout=120,
         )
     assert done.returncode == 0, done.stderr
-    assert b"looks at pictures" in done.stdout
+    assert b"perceives pictures" in done.stdout
 
 
 def test_a_run_that_nobody_may_write_to_has_a_status(finished_run):

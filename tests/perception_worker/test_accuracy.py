@@ -41,9 +41,9 @@ def observe_views(render, perception):
     for seed in range(1_000_000, 1_000_000 + VIEWS):
         scene = render.call(SampleScene(seed=seed, split="test")).scene
         camera = front_view(scene, rng)
-        observation = perception.call(Observe(scene=scene, camera=camera, filter=FilterState.initial(), truth=True))
-        pixels = project(observation.joints, camera)[:, :2]
-        yield observation, pixels, height_in_pixels(observation.joints, camera)
+        estimate = perception.call(Observe(scene=scene, camera=camera, filter=FilterState.initial(), truth=True))
+        pixels = project(estimate.joints, camera)[:, :2]
+        yield estimate, pixels, height_in_pixels(estimate.joints, camera)
 
 
 @pytest.fixture(scope="module")
@@ -64,9 +64,9 @@ def views(tmp_path_factory):
 @pytest.mark.slow
 def test_visible_joints_are_found_within_a_twentieth_of_the_body_s_height(views):
     right = visible = 0
-    for observation, pixels, height in views:
-        seen = observation.visible & in_picture(pixels)
-        error = np.linalg.norm(observation.keypoints - pixels, axis=1)
+    for estimate, pixels, height in views:
+        seen = estimate.visible & in_picture(pixels)
+        error = np.linalg.norm(estimate.keypoints - pixels, axis=1)
         right += np.count_nonzero(seen & (error < 0.05 * height))
         visible += np.count_nonzero(seen)
     assert visible > 10 * VIEWS

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from perception_worker.look import TrackingLook, WholeLook
+from perception_worker.detection import TrackingDetector, WholeFrameDetector
 from perception_worker.networks.backend import open_network
 from perception_worker.networks.layout import FoundLayout
 from perception_worker.networks.network import NetworkOutput
@@ -50,34 +50,34 @@ def network_of(engine):
 
 
 def perceive(network, frame, *, tracks=False, **settings):
-    looks = TrackingLook([network], network) if tracks else WholeLook(network)
+    looks = TrackingDetector([network], network) if tracks else WholeFrameDetector(network)
     return Perceiver(looks, PerceptionConfig(**settings)).perceive(frame, FilterState.initial((1.0, 2.0, 3.0)))
 
 
-def is_nobody(observation):
+def is_nobody(estimate):
     return (
-        np.isnan(observation.keypoints).all()
-        and np.isnan(observation.points).all()
-        and not any(getattr(observation, name).any() for name in ("mass", "height", "distance", "quality"))
-        and not observation.filter.seen.any()
-        and (observation.filter.mean == (1.0, 2.0, 3.0)).all()
-        and weighted_uncertainty(observation.quality) == 10.0
+        np.isnan(estimate.keypoints).all()
+        and np.isnan(estimate.points).all()
+        and not any(getattr(estimate, name).any() for name in ("mass", "height", "distance", "quality"))
+        and not estimate.filter.seen.any()
+        and (estimate.filter.mean == (1.0, 2.0, 3.0)).all()
+        and weighted_uncertainty(estimate.quality) == 10.0
     )
 
 
-def is_sound(observation):
+def is_sound(estimate):
     """No number that can't be, and nothing said of joints that were not found."""
-    found, located = np.isfinite(observation.keypoints[:, 0]), np.isfinite(observation.points[:, 0])
-    qualities = np.stack([observation.mass, observation.height, observation.distance, observation.quality])
+    found, located = np.isfinite(estimate.keypoints[:, 0]), np.isfinite(estimate.points[:, 0])
+    qualities = np.stack([estimate.mass, estimate.height, estimate.distance, estimate.quality])
     return (
-        (found == np.isfinite(observation.keypoints[:, 1])).all()
-        and (located == np.isfinite(observation.points).all(axis=1)).all()
+        (found == np.isfinite(estimate.keypoints[:, 1])).all()
+        and (located == np.isfinite(estimate.points).all(axis=1)).all()
         and not (located & ~found).any()
         and ((qualities >= 0) & (qualities <= 1)).all()
         and not qualities[:, ~found].any()
-        and not observation.distance[~located].any()
-        and np.isfinite(observation.filter.mean).all()
-        and (observation.filter.seen == located).all()
+        and not estimate.distance[~located].any()
+        and np.isfinite(estimate.filter.mean).all()
+        and (estimate.filter.seen == located).all()
     )
 
 
@@ -138,20 +138,20 @@ class TestMapsOfNobody:
 class TestDepth:
     @pytest.mark.parametrize("depth", [0.0, np.nan, np.inf, -np.inf, -3.0, 1.4, 15.1, 1e38])
     def test_that_nobody_can_stand_at_locates_nobody(self, frame, depth):
-        observation = perceive(DrawnNetwork(STANDING), frame(BLACK, depth=depth))
-        assert is_sound(observation)
-        assert np.isfinite(observation.keypoints).all()
-        assert np.isnan(observation.points).all()
-        assert not observation.filter.seen.any()
-        assert observation.quality == pytest.approx((observation.mass + observation.height) / 3)
+        estimate = perceive(DrawnNetwork(STANDING), frame(BLACK, depth=depth))
+        assert is_sound(estimate)
+        assert np.isfinite(estimate.keypoints).all()
+        assert np.isnan(estimate.points).all()
+        assert not estimate.filter.seen.any()
+        assert estimate.quality == pytest.approx((estimate.mass + estimate.height) / 3)
 
     @pytest.mark.parametrize("lifting", ["mean", "median", "nearest"])
     @pytest.mark.parametrize("wrong", [0.0, np.nan, np.inf, -np.inf, -3.0])
     def test_is_read_where_it_is_sound(self, frame, wrong, lifting):
         depth = np.full((480, 640), 4.0, np.float32)
         depth[::2] = wrong
-        observation = perceive(DrawnNetwork(STANDING), frame(BLACK, depth=depth), lifting=lifting)
-        assert observation.points[:, 0] == pytest.approx(np.full(18, 4.0))
+        estimate = perceive(DrawnNetwork(STANDING), frame(BLACK, depth=depth), lifting=lifting)
+        assert estimate.points[:, 0] == pytest.approx(np.full(18, 4.0))
 
 
 class TestBorder:
@@ -160,16 +160,16 @@ class TestBorder:
     def test_joints_in_the_outermost_cells_stay_in_the_picture(self, frame, corner, tracks):
         joints = person(20, 14)
         joints[[Joint.RIGHT_WRIST, Joint.LEFT_ANKLE]] = corner, (39 - corner[0], 29 - corner[1])
-        observation = perceive(DrawnNetwork(joints), frame(BLACK), tracks=tracks)
-        assert is_sound(observation)
-        x, y = observation.keypoints[np.isfinite(observation.keypoints[:, 0])].T
+        estimate = perceive(DrawnNetwork(joints), frame(BLACK), tracks=tracks)
+        assert is_sound(estimate)
+        x, y = estimate.keypoints[np.isfinite(estimate.keypoints[:, 0])].T
         assert ((x > 0) & (x < 639) & (y > 0) & (y < 479)).all()
 
     @pytest.mark.parametrize("middle", [(0, 14), (39, 14), (20, 0), (20, 29), (0, 0), (39, 29)])
     def test_a_person_half_out_of_the_picture_is_half_seen(self, frame, middle):
-        observation = perceive(DrawnNetwork(person(*middle)), frame(BLACK))
-        assert is_sound(observation)
-        assert 0 < np.isfinite(observation.keypoints[:, 0]).sum() <= 18
+        estimate = perceive(DrawnNetwork(person(*middle)), frame(BLACK))
+        assert is_sound(estimate)
+        assert 0 < np.isfinite(estimate.keypoints[:, 0]).sum() <= 18
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from perception_worker.detection import WholeFrameDetector
 from perception_worker.frames import RenderedFrames, RenderedPictures, chosen, opened_by
-from perception_worker.look import WholeLook
 from perception_worker.perceive import Perceiver
 from perception_worker.worker import PerceptionHandlers
 from protocol import Client, Pool
@@ -178,7 +178,7 @@ class TestWorker:
     @pytest.fixture
     def client(self, tmp_path):
         address = f"ipc://{tmp_path}/perception"
-        perceiver = Perceiver(WholeLook(DrawnNetwork(person(20, 14))), PerceptionConfig())
+        perceiver = Perceiver(WholeFrameDetector(DrawnNetwork(person(20, 14))), PerceptionConfig())
         with Pool([], role=Role.PERCEPTION, serves=Role.RENDER) as nobody:
             handlers = PerceptionHandlers(perceiver, nobody, render_deadline=1.0).table()
             with (

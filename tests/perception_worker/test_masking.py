@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from perception_worker.look import TrackingLook, WholeLook
+from perception_worker.detection import TrackingDetector, WholeFrameDetector
 from perception_worker.perceive import Perceiver
 from perception_worker.qoe import nearest_cells, quality_of_estimation
 from protocol.config import PerceptionConfig
@@ -84,13 +84,13 @@ class TestPerceiver:
 
     def mass(self, frame, *people, **settings):
         perceiver = Perceiver(
-            WholeLook(DrawnNetwork(*people)), PerceptionConfig(**settings.pop("perception", {})), **settings
+            WholeFrameDetector(DrawnNetwork(*people)), PerceptionConfig(**settings.pop("perception", {})), **settings
         )
         picture = frame(np.zeros((480, 640, 3), np.uint8))
-        observation = perceiver.perceive(picture, FilterState.initial())
+        estimate = perceiver.perceive(picture, FilterState.initial())
         # The first of the people shows the most joints.
-        assert observation.keypoints == pytest.approx((self.WHOLE + 0.5) * 16 - 0.5, abs=3)
-        return observation.mass
+        assert estimate.keypoints == pytest.approx((self.WHOLE + 0.5) * 16 - 0.5, abs=3)
+        return estimate.mass
 
     def test_sees_one_person_as_if_alone(self, frame):
         alone = self.mass(frame, self.WHOLE)
@@ -111,9 +111,9 @@ class TestPerceiver:
     def test_finds_others_in_the_region_that_it_looks_at_closer(self, frame):
         near = person(26, 14, without=[Joint.NOSE], scale=0.8)
         network = DrawnNetwork(person(14, 14, scale=0.8), near)
-        perceiver = Perceiver(TrackingLook([network], network), PerceptionConfig())
-        observation = perceiver.perceive(frame(np.zeros((480, 640, 3), np.uint8)), FilterState.initial())
-        assert (observation.mass > 0.9).all()
+        perceiver = Perceiver(TrackingDetector([network], network), PerceptionConfig())
+        estimate = perceiver.perceive(frame(np.zeros((480, 640, 3), np.uint8)), FilterState.initial())
+        assert (estimate.mass > 0.9).all()
 
     def test_a_peak_in_the_outermost_cell_is_in_the_map(self, frame):
         others = [person(39, 29), person(0, 0)]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from perception_worker.look import WholeLook
+from perception_worker.detection import WholeFrameDetector
 from perception_worker.perceive import Perceiver
 from perception_worker.worker import PerceptionHandlers, main, render_deadline
 from protocol import Client, Pool, Timeouts
@@ -53,7 +53,7 @@ def addresses(tmp_path):
 def perceiving(addresses, network, *, concurrency=1, render_deadline=20.0):
     """A client of perception handlers that ask the first address for frames and serve at the second."""
     render_address, address = addresses
-    perceiver = Perceiver(WholeLook(network), PerceptionConfig())
+    perceiver = Perceiver(WholeFrameDetector(network), PerceptionConfig())
     with Pool([render_address], role=Role.PERCEPTION, serves=Role.RENDER) as renderers:
         handlers = PerceptionHandlers(perceiver, renderers, render_deadline=render_deadline).table()
         with (
@@ -73,19 +73,19 @@ class TestObserve:
             yield client
 
     def test_perceives_the_frame_that_was_rendered_for_it(self, client):
-        observation = client.call(OBSERVE)
-        assert observation.keypoints == pytest.approx((person(20, 14) + 0.5) * 16 - 0.5, abs=3)
-        assert observation.filter.seen.all()
-        assert observation.heatmaps is None
-        assert observation.joints is None
+        estimate = client.call(OBSERVE)
+        assert estimate.keypoints == pytest.approx((person(20, 14) + 0.5) * 16 - 0.5, abs=3)
+        assert estimate.filter.seen.all()
+        assert estimate.heatmaps is None
+        assert estimate.joints is None
 
     def test_passes_the_truth_on_when_it_is_asked_for(self, client):
-        observation = client.call(
+        estimate = client.call(
             Observe(scene=SCENE, camera=CAMERA, filter=FilterState.initial(), truth=True, heatmaps=True)
         )
-        assert not observation.joints.any()
-        assert observation.visible.all()
-        assert (observation.heatmaps == SOMEBODY.output.heatmaps).all()
+        assert not estimate.joints.any()
+        assert estimate.visible.all()
+        assert (estimate.heatmaps == SOMEBODY.output.heatmaps).all()
 
     def test_says_how_long_each_stage_took(self, client):
         timings = client.call(OBSERVE).timings
@@ -147,8 +147,8 @@ def test_one_frame_is_rendered_while_another_is_inferred(addresses):
         serving({Render: count}, addresses[0], role=Role.RENDER),
         perceiving(addresses, WaitsForTheOther(person(20, 14)), concurrency=2) as client,
     ):
-        observations = list(client.map([OBSERVE, OBSERVE]))
-    assert all(observation.filter.seen.all() for observation in observations)
+        estimates = list(client.map([OBSERVE, OBSERVE]))
+    assert all(estimate.filter.seen.all() for estimate in estimates)
 
 
 def test_the_command_line_needs_somebody_who_draws(capsys):
@@ -204,9 +204,9 @@ class TestProcess:
         with running("perception_worker", *self.arguments(addresses)) as process:
             with Client(addresses[1], role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENCE) as client:
                 welcome = client.wait_ready()
-                observation = client.call(OBSERVE)
+                estimate = client.call(OBSERVE)
             assert welcome.capabilities["network"] == "openpose_mobilenet_thin_5"
-            assert observation.keypoints[Joint.NOSE] == pytest.approx([169, 94], abs=6)
+            assert estimate.keypoints[Joint.NOSE] == pytest.approx([169, 94], abs=6)
             process.send_signal(signal.SIGTERM)
             assert process.wait(30) == 0
 

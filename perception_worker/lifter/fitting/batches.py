@@ -1,4 +1,4 @@
-"""Frames as a lifter's network is shown them in training: harder each time, and half of them in a mirror."""
+"""Batches of a lifter's training: augmented frames, half of them mirrored."""
 
 from collections.abc import Iterator, Sequence
 
@@ -23,7 +23,7 @@ class Batch(Struct, frozen=True, eq=False):
 
 
 def batches(frames: Frames, size: int, without: Sequence[str], random: np.random.Generator) -> Iterator[Batch]:
-    """All frames once, in an order that is drawn.
+    """All frames once, in a random order.
 
     Args:
         without: names of `INPUTS` that are 0 in every token.

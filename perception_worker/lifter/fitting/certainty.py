@@ -1,7 +1,7 @@
-"""How far off a fitted network is on people whom it has not seen: what makes its scales errors and radii in metres.
+"""The errors of a fitted network on people whom it has not seen turn its scales into errors and radii in metres.
 
-For each kind of joint by itself, left and right together, and for those that were found apart from those that were not
-(split conformal prediction, Mondrian by joint).
+Each kind of joint is calibrated by itself, left and right together, and joints that were found apart from those that
+were not (split conformal prediction, Mondrian by joint).
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ LEAST_JOINTS = 50
 _AT_ONCE = 2048
 _LEAST_SCALE = 1e-4
 _LARGEST_ERROR = 2.0
-"""Metres. An error counts as this much at most in what is expected, so that a few don't decide all."""
+"""Metres. An error counts as this much at most in the expected error, so that a few don't decide all."""
 
 
 class Trial(Struct, frozen=True, eq=False):
@@ -44,7 +44,7 @@ class Trial(Struct, frozen=True, eq=False):
 
 
 def tried(network: LifterNetwork, frames: Frames, without: Sequence[str] = ()) -> Trial:
-    """How far off a network is on frames, without what it was trained without."""
+    """The errors of a network on frames, without the inputs that it was trained without."""
     errors, scales = [], []
     for first in range(0, len(frames), _AT_ONCE):
         some = frames.of(np.arange(first, min(first + _AT_ONCE, len(frames))))
@@ -58,7 +58,7 @@ def tried(network: LifterNetwork, frames: Frames, without: Sequence[str] = ()) -
 def certainty_of(trial: Trial, *, found: bool) -> Certainty:
     """The factors of joints that were found, or of those that were not.
 
-    A kind that is too seldom among them (a neck is found nearly always) has those of all kinds together.
+    A kind with too few joints (a neck is found nearly always) has the factors of all kinds together.
 
     Raises:
         InvalidInput: there are too few of all kinds.
@@ -74,14 +74,14 @@ def certainty_of(trial: Trial, *, found: bool) -> Certainty:
 
 
 def unmeasured_factor(network: LifterNetwork, frames: Frames, seen: Certainty) -> float:
-    """By how much radii have to grow, 1 or more, to hold joints that were found where no depth was measured."""
+    """The factor, 1 or more, by which radii hold joints that were found where no depth was measured."""
     trial = tried(network, replace(frames, seen=without_depth(frames.seen)))
     ratio = trial.error / (trial.scale * np.array(seen.radius))
     return max(1.0, conformal_quantile(ratio[trial.found]))
 
 
 def without_depth(seen: Seen) -> Seen:
-    """The same frames, as they are where the depth camera measures nothing."""
+    """The same frames as if the depth camera had measured nothing."""
     nothing = np.full_like(seen.narrow, np.nan)
     nothing[:, :, SHARE] = 0.0
     return replace(seen, narrow=nothing, wide=nothing)

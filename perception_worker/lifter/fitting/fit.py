@@ -20,7 +20,7 @@ from protocol.config_file import recorded_config
 from protocol.errors import InvalidInput
 
 HELD_OUT = 5
-"""Every how manyth person the network does not see."""
+"""One person of this many is held out from the network."""
 
 LEAST_PEOPLE = 10
 DEFAULT_SHAPE = Shape()
@@ -39,40 +39,49 @@ def fit(
 
     Args:
         path: of the table, a Parquet file of `orchestrator lifter fit`.
-        version: of Vantage, for the file to tell.
-        told: given the number of each epoch and its mean loss.
-        keep: a file for the training after each epoch, so that who is killed goes on.
+        version: of Vantage, recorded in the file.
+        told: called with the number of each epoch and its mean loss.
+        keep: a file that holds the training after each epoch, so that a fit that was killed continues.
 
     Raises:
         InvalidInput: it is no such table, or has too few people.
     """
-    frames = read_frames(path)
-    people = np.unique(frames.identity)
-    if len(people) < LEAST_PEOPLE:
-        raise InvalidInput(f"{path} has {len(people)} people; a lifter takes {LEAST_PEOPLE} or more")
-    held_out = people[HELD_OUT - 1 :: HELD_OUT]
-    unseen = np.isin(frames.identity, held_out)
-    table = sha256(path)
-    recipe = msgspec.json.encode(training).decode()
-    kept = None if keep is None else Kept(keep, f"{table} {recipe} {msgspec.json.encode(shape).decode()}")
+    frames, table, recipe = read_frames(path), sha256(path), _json(training)
+    fitted_on, calibrated_on = _split_people(frames, path)
+    unseen = np.isin(frames.identity, calibrated_on)
+    kept = None if keep is None else Kept(keep, f"{table} {recipe} {_json(shape)}")
     weights = packed(train(frames.of(~unseen), shape, training, told=told, kept=kept))
     metadata = pq.read_schema(path).metadata or {}
+    provenance = Provenance(
+        version=version,
+        table=table,
+        views=metadata.get(b"vantage.views", b"").decode(),
+        training=recipe,
+        frames=len(frames),
+        fitted_on=fitted_on,
+        calibrated_on=calibrated_on,
+    )
     return StoredLifter(
         setting=_setting(metadata, path),
-        provenance=Provenance(
-            version=version,
-            table=table,
-            views=metadata.get(b"vantage.views", b"").decode(),
-            training=recipe,
-            frames=len(frames),
-            fitted_on=tuple(np.setdiff1d(people, held_out).tolist()),
-            calibrated_on=tuple(held_out.tolist()),
-        ),
+        provenance=provenance,
         shape=shape,
         weights=weights,
         checksum=checksum_of(weights),
         **_certainties(LifterNetwork(shape, unpacked_arrays(shape, weights)), frames.of(unseen & frames.usual)),
     )
+
+
+def _split_people(frames: Frames, path: Path) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """The people whom the network is fitted on, and those whom its certainty is calibrated on."""
+    people = np.unique(frames.identity)
+    if len(people) < LEAST_PEOPLE:
+        raise InvalidInput(f"{path} has {len(people)} people; a lifter takes {LEAST_PEOPLE} or more")
+    held_out = people[HELD_OUT - 1 :: HELD_OUT]
+    return tuple(np.setdiff1d(people, held_out).tolist()), tuple(held_out.tolist())
+
+
+def _json(recipe: Training | Shape) -> str:
+    return msgspec.json.encode(recipe).decode()
 
 
 class _Certainties(TypedDict):
@@ -82,14 +91,14 @@ class _Certainties(TypedDict):
 
 
 def _certainties(network: LifterNetwork, others: Frames) -> _Certainties:
-    """How sure a network is, by people whom it has not seen."""
+    """How sure a network is, measured on people whom it has not seen."""
     trial = tried(network, others)
     seen, inferred = (certainty_of(trial, found=found) for found in (True, False))
     return {"seen": seen, "inferred": inferred, "unmeasured": unmeasured_factor(network, others, seen)}
 
 
 def _setting(metadata: dict[bytes, bytes], path: Path) -> NetworkSetting:
-    """What the workers were that observed all this, as the table tells."""
+    """The setting of the workers that made the table, as recorded in it."""
     encoded = metadata.get(b"vantage.config")
     if encoded is None:
         raise InvalidInput(f"{path} does not tell the configuration that it was made with")

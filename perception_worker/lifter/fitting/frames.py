@@ -1,4 +1,4 @@
-"""The frames that a lifter is fitted on, as arrays, and how they are made harder each time that they are shown."""
+"""The frames that a lifter is fitted on, as arrays, and their augmentation."""
 
 from pathlib import Path
 
@@ -18,14 +18,14 @@ from protocol.joint_arrays import EVIDENCE_SIZE
 from protocol.skeleton import JOINT_COUNT, Joint
 
 MOST_AWAY = 0.3
-"""Of the body's height in the picture. Keypoints that at their median are farther from the true joints are somebody
-else's: nothing of the person can be learned from them."""
+"""Of the body's height in the picture. Keypoints whose median is farther from the true joints are another person's:
+nothing of the person can be learned from them."""
 
 USUAL_DISTANCE, MOST_ASIDE, LEAST_FOCAL = (1.5, 9.0), 0.12, 400.0
 """Metres along the ground; the slope from the picture's middle to the person's; pixels per unit of slope."""
 
 LEAST_FOUND = 3
-"""Joints that are found of somebody at least, else nobody is; see `perception_worker.look`."""
+"""Joints of a person that have to be found; with fewer no person is detected; see `perception_worker.detection`."""
 
 RESCALED, SIZES = 0.5, (0.7, 1.3)
 """The share of frames that are shown with people of another size, and how much smaller or larger these are."""
@@ -95,7 +95,7 @@ def read_frames(path: Path) -> Frames:
 
 
 def made_harder(seen: Seen, random: np.random.Generator) -> Seen:
-    """The frames with joints that were not found and depths that were not measured, though they were."""
+    """The frames with some joints and depths removed, as if they were not found or not measured."""
     frames = len(seen.rays)
     kept = random.random((frames, JOINT_COUNT)) >= _shares(frames, LOSES_JOINTS, JOINTS_DROPPED, random)
     enough = (kept & np.isfinite(seen.rays[:, :, 0])).sum(axis=1) >= LEAST_FOUND
@@ -112,7 +112,7 @@ def made_harder(seen: Seen, random: np.random.Generator) -> Seen:
 
 
 def confused(seen: Seen, random: np.random.Generator) -> Seen:
-    """The frames with left and right of some limbs confused, as a pose network does where limbs cross or hide."""
+    """The frames with left and right of some limbs exchanged, as a pose network does where limbs cross or hide."""
     frames = len(seen.rays)
     taken = np.tile(np.arange(JOINT_COUNT), (frames, 1))
     drawn = random.integers(len(_ENDS), size=frames)
@@ -128,7 +128,7 @@ def confused(seen: Seen, random: np.random.Generator) -> Seen:
 def rescaled(frames: Frames, random: np.random.Generator) -> Frames:
     """The frames with people of other sizes as much nearer or farther: the same pictures, with other depths.
 
-    Else whoever crouches would be taken for somebody far away, whatever their depth says.
+    Otherwise a crouching person would be taken for one far away, whatever their depth says.
     """
     smallest, largest = SIZES
     drawn = np.exp(random.uniform(np.log(smallest), np.log(largest), len(frames)))
@@ -158,31 +158,35 @@ def _without(evidence: NDArray[np.float32], kept: BoolArray) -> NDArray[np.float
 
 
 def _frames(table: pa.Table) -> Frames:
-    fx, fy, cx, cy = _lists(table, "intrinsics", 4).T
-    keypoints = _lists(table, "keypoints", JOINT_COUNT, 2)
     transforms = _transforms(_lists(table, "pose", 6))
     world = _lists(table, "joints", JOINT_COUNT, 3)
     joints = world @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3]
-    rays = (keypoints - np.stack([cx, cy], axis=1)[:, None]) / np.stack([fx, fy], axis=1)[:, None]
-    narrow, wide = (_lists(table, name, JOINT_COUNT, EVIDENCE_SIZE).astype(np.float32) for name in ("narrow", "wide"))
+    seen = _seen(table, transforms)
     return Frames(
-        seen=Seen(
-            rays=rays,
-            height=_lists(table, "height", JOINT_COUNT),
-            narrow=narrow,
-            wide=wide,
-            up=transforms[:, 1:3, 2],
-            focal=fx,
-        ),
+        seen=seen,
         joints=joints,
         identity=table["identity"].to_numpy().astype(np.int64),
-        usual=_usual(table, joints, fx),
+        usual=_usual(table, joints, seen.focal),
         wide=_is_wide(table),
     )
 
 
+def _seen(table: pa.Table, transforms: Float64Array) -> Seen:
+    fx, fy, cx, cy = _lists(table, "intrinsics", 4).T
+    keypoints = _lists(table, "keypoints", JOINT_COUNT, 2)
+    narrow, wide = (_lists(table, name, JOINT_COUNT, EVIDENCE_SIZE).astype(np.float32) for name in ("narrow", "wide"))
+    return Seen(
+        rays=(keypoints - np.stack([cx, cy], axis=1)[:, None]) / np.stack([fx, fy], axis=1)[:, None],
+        height=_lists(table, "height", JOINT_COUNT),
+        narrow=narrow,
+        wide=wide,
+        up=transforms[:, 1:3, 2],
+        focal=fx,
+    )
+
+
 def _usual(table: pa.Table, joints: Float64Array, focal: Float64Array) -> BoolArray:
-    """(n,) whether a flight has views like these."""
+    """(n,) whether the views are like a flight's."""
     alone = ~_flag(table, "accompanied") & ~_flag(table, "hidden") & _flag(table, "known") & ~_is_wide(table)
     distance = table["distance"].to_numpy()
     aside = np.abs((joints[:, :, :2] / joints[:, :, 2:]).mean(axis=1)).max(axis=1)

@@ -1,4 +1,4 @@
-"""A network that learns, and all that its next epoch follows from, to go on as if it had not stopped."""
+"""A network in training, with the whole state of the training, so that it resumes as if it had not stopped."""
 
 from collections.abc import Iterable
 from typing import Any, cast
@@ -16,7 +16,7 @@ _LARGEST_GRADIENT = 1.0
 
 
 class Learner:
-    """A network with its optimizer, and the average of its weights that is what was learned.
+    """A network with its optimizer, and the average of its weights, which is the result.
 
     Args:
         steps: of the whole training, by which the learning rate rises and falls.
@@ -38,17 +38,17 @@ class Learner:
         return float(np.mean([self._step(batch) for batch in batches]))
 
     def weights(self) -> dict[str, Float32Array]:
-        """What was learned, by the names of the parameters."""
+        """The averaged weights, by the names of the parameters."""
         model = cast(LifterModel, self._average.module)
         return {name: weight.detach().numpy().copy() for name, weight in model.weights().items()}
 
     def state(self) -> dict[str, Any]:
-        """All that changes with a step."""
+        """Everything that changes with a step."""
         parts = {name: part.state_dict() for name, part in self._parts().items()}
         return parts | {"torch": torch.get_rng_state(), "numpy": self.random.bit_generator.state}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a state of a learner that was made alike."""
+        """Resume from a state of a learner with the same arguments."""
         for name, part in self._parts().items():
             part.load_state_dict(state[name])
         torch.set_rng_state(state["torch"])

@@ -10,7 +10,7 @@ _DROPOUT = 0.05
 
 
 class LifterModel(nn.Module):
-    """What `perception_worker.lifter.network.LifterNetwork` computes, with gradients."""
+    """`perception_worker.lifter.network.LifterNetwork` with gradients."""
 
     def __init__(self, shape: Shape, dropout: float = _DROPOUT) -> None:
         super().__init__()
@@ -57,7 +57,7 @@ def loss(outputs: Tensor, points: Tensor, truth: Tensor, rays: Tensor) -> Tensor
     """Mean distance of the points, and the likelihood of the scales at these distances.
 
     The scales are of a Laplace distribution along each joint's ray, and of one in the plane across it. They learn from
-    the errors as they are: what the points learn does not depend on what the scales are.
+    detached errors, so the points learn independently of the scales.
     """
     error = points - truth
     along = F.normalize(F.pad(rays, (0, 1), value=1.0), dim=2)
@@ -70,7 +70,7 @@ def loss(outputs: Tensor, points: Tensor, truth: Tensor, rays: Tensor) -> Tensor
 
 
 LIKELIHOOD_SHARE = 0.02
-"""By which the likelihood counts beside the distance, in metres: the network is the points' first."""
+"""The weight of the likelihood beside the distance in metres: positions matter most."""
 
 
 def _key(name: str) -> str:

@@ -1,4 +1,4 @@
-"""Training of a lifter's network: so many times over all frames. Killed, it goes on after the last whole epoch."""
+"""Training of a lifter's network in epochs. A killed training resumes after the last whole epoch."""
 
 import logging
 import pickle
@@ -20,11 +20,11 @@ _logger = logging.getLogger(__name__)
 
 
 class Training(Struct, frozen=True, kw_only=True):
-    """How a network learns.
+    """The settings of a training.
 
     Attributes:
         averaging: how much of the weights' average stays with each step.
-        without: names of `INPUTS` that are 0 in every token; none, but for who wants to know what they are worth.
+        without: names of `INPUTS` that are 0 in every token, for ablations.
     """
 
     epochs: int = 40
@@ -37,22 +37,22 @@ class Training(Struct, frozen=True, kw_only=True):
 
 
 class Kept(Struct, frozen=True):
-    """Where a training is kept.
+    """The file of a training under way.
 
     Attributes:
-        fit: what the training is of; what was kept of another is not gone on with.
+        fit: identifies the fit; the training of another fit is not resumed.
     """
 
     path: Path
     fit: str
 
     def save(self, epochs: int, learner: Learner) -> None:
-        """Put the training after some epochs in place."""
+        """Write the training after `epochs` epochs."""
         with whole_file(self.path) as aside:
             torch.save({"fit": self.fit, "epochs": epochs, "learner": learner.state()}, aside)
 
     def load(self) -> dict[str, Any] | None:
-        """What was kept of this fit."""
+        """The kept training of this fit, if there is one."""
         try:
             held = torch.load(self.path, weights_only=True)
         except FileNotFoundError:
@@ -66,11 +66,11 @@ class Kept(Struct, frozen=True):
 def train(
     frames: Frames, shape: Shape, training: Training, *, told: Callable[[int, float], None], kept: Kept | None = None
 ) -> dict[str, Float32Array]:
-    """The weights of a network that has learned.
+    """Train a network; returns its weights.
 
     Args:
-        told: given the number of each epoch and its mean loss.
-        kept: where the training is kept after each epoch, and gone on with.
+        told: called with the number of each epoch and its mean loss.
+        kept: the file that holds the training after each epoch, and from which it resumes.
     """
     learner = _learner(len(frames), shape, training)
     begun = _resumed(learner, kept)
@@ -83,7 +83,7 @@ def train(
 
 
 def _resumed(learner: Learner, kept: Kept | None) -> int:
-    """Epochs that were learned before."""
+    """Restore a kept training; returns its epochs."""
     held = None if kept is None else kept.load()
     if held is None:
         return 0

@@ -218,10 +218,10 @@ def test_two_trainings_at_once_are_refused_the_second_one(tmp_path, control_run)
 
 def lost_at(look: int) -> AnalyticSensor:
     """Sensor whose workers are gone from a picture on."""
-    looks = itertools.count(1)
+    requests = itertools.count(1)
 
     def deliver(pending, observation) -> None:
-        if next(looks) < look:
+        if next(requests) < look:
             pending.succeed(observation, TIMING)
         else:
             pending.fail(WorkerLost("gone"), TIMING)
@@ -245,7 +245,7 @@ def test_a_training_whose_workers_are_lost_in_a_step_goes_on_with_that_step(
 
 def test_workers_that_are_lost_after_a_request_to_stop_make_no_failure(tmp_path, control_run) -> None:
     run, sensor = tmp_path / "run", lost_at(40)
-    stopped = trained(run, SAC, sensor=sensor, stop=lambda: sensor.looks >= 40)
+    stopped = trained(run, SAC, sensor=sensor, stop=lambda: sensor.requests >= 40)
     assert not stopped.complete
     assert trained(run, SAC).complete
     assert differing(run, control_run(SAC)) == set()

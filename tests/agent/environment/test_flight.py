@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from agent.environment.flight import Flight, camera_of, move, succeeded, take_off, with_observation, with_reward
+from agent.environment.flight import Flight, camera_of, move, succeeded, take_off, with_estimate, with_reward
 from agent.environment.reward import step_reward
 from protocol.camera import project
 from protocol.config import CameraConfig, EnvironmentConfig
@@ -59,12 +59,12 @@ def test_a_crash_in_the_last_step_is_a_crash(flight: Flight) -> None:
     assert (crashed.outcome, crashed.ended_badly) == ("too_close", True)
 
 
-def test_a_picture_brings_filter_and_quality(flight: Flight) -> None:
-    observation = observe(flight.scene, camera_of(CONFIG, flight), flight.filter)
-    seen = with_observation(flight, observation)
-    assert seen.filter is observation.filter
-    assert seen.quality is observation.quality
-    assert seen.uncertainty < 10.0
+def test_an_estimate_brings_filter_and_quality(flight: Flight) -> None:
+    estimate = observe(flight.scene, camera_of(CONFIG, flight), flight.filter)
+    observed = with_estimate(flight, estimate)
+    assert observed.filter is estimate.filter
+    assert observed.quality is estimate.quality
+    assert observed.uncertainty < 10.0
 
 
 def test_rewards_add_up(flight: Flight) -> None:

@@ -62,7 +62,7 @@ def test_a_step_moves_looks_and_earns(sensor: AnalyticSensor) -> None:
     variance = env.flight.filter.variance
     assert reward == step_reward(env.config, env.flight.scene, env.flight.position, variance, 1, ended_badly=False)
     assert (terminated, truncated, info["outcome"]) == (False, False, "flying")
-    assert sensor.looks == 2
+    assert sensor.requests == 2
 
 
 def test_info_tells_quality_uncertainty_and_timings(sensor: AnalyticSensor) -> None:
@@ -82,11 +82,11 @@ def test_coming_too_close_ends_the_episode_with_the_penalty_and_no_picture(senso
     env.reset(seed=0)
     terminated = False
     while not terminated:
-        looks = sensor.looks
+        requests = sensor.requests
         observation, reward, terminated, truncated, info = env.step(towards_person(env))
     assert (info["outcome"], truncated) == ("too_close", False)
     assert reward < env.config.penalty
-    assert sensor.looks == looks
+    assert sensor.requests == requests
     assert env.observation_space.contains(observation)
 
 
@@ -105,7 +105,7 @@ def test_an_episode_is_truncated_after_its_steps(sensor: AnalyticSensor) -> None
     env.reset(seed=0)
     ends = [env.step(HOLD)[2:4] for _ in range(4)]
     assert ends == [(False, False)] * 3 + [(False, True)]
-    assert sensor.looks == 5
+    assert sensor.requests == 5
     with pytest.raises(ResetNeeded):
         env.step(HOLD)
 

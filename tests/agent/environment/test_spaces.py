@@ -3,7 +3,7 @@ import pytest
 from msgspec.structs import replace
 
 from agent.environment.flight import take_off
-from agent.environment.spaces import action_space, observation_space, observed, require_actions
+from agent.environment.spaces import action_space, observation_of, observation_space, require_actions
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.pose_estimate import FilterState
@@ -16,7 +16,7 @@ def test_an_observation_is_coordinates_then_variances_then_the_position(sensor: 
     flight = replace(
         take_off(EnvironmentConfig(), 0, sensor.sample(0, "train")), filter=state, position=(1.0, -2.0, 3.0)
     )
-    seen = observed(flight)
+    seen = observation_of(flight)
     assert seen.shape == (111,)
     assert seen.dtype == np.float32
     assert seen[:54] == pytest.approx(mean.ravel())
@@ -29,7 +29,7 @@ def test_an_observation_is_cut_to_its_space(sensor: AnalyticSensor) -> None:
         mean=np.full((18, 3), -1e6), variance=np.full((18, 3), 1e6), process_noise=np.zeros(18), seen=np.ones(18, bool)
     )
     flight = replace(take_off(EnvironmentConfig(), 0, sensor.sample(0, "train")), filter=wild)
-    assert observation_space().contains(observed(flight))
+    assert observation_space().contains(observation_of(flight))
 
 
 def test_actions_are_three_velocities_up_to_a_metre_a_second() -> None:

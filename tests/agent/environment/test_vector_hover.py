@@ -179,14 +179,14 @@ def test_only_the_drone_that_crashed_begins_anew(sensor: AnalyticSensor) -> None
     climbing = np.array([[0, 0, 0], [0, 0, 1.0], [0, 0, 0]])
     terminated = np.zeros(3, bool)
     while not terminated.any():
-        looks = sensor.looks
+        requests = sensor.requests
         _, rewards, terminated, _, infos = env.step(climbing)
     assert terminated.tolist() == [False, True, False]
     assert infos["_final_info"].tolist() == [False, True, False]
     assert infos["final_info"]["outcome"][1] == "out_of_workspace"
     assert rewards[1] < env.config.penalty < rewards[0]
     assert [flight.seed for flight in env.flights] == [episode_seed(2, number) for number in (0, 3, 2)]
-    assert sensor.looks == looks + 3, "one for each drone that flies on, one for the next flight, none of the crash"
+    assert sensor.requests == requests + 3, "two drones fly on, a flight follows, a crash has none"
 
 
 def test_the_next_reset_goes_on_with_the_next_episodes(sensor: AnalyticSensor) -> None:
@@ -224,13 +224,13 @@ def test_without_autoreset_finished_flights_wait(sensor: AnalyticSensor) -> None
     for _ in range(SHORT.episode_steps):
         observations, _, _, truncated, _ = env.step(np.zeros((3, 3)))
     assert truncated.all()
-    ended, looks = env.flights, sensor.looks
+    ended, requests = env.flights, sensor.requests
     again, rewards, terminated, truncated, _ = env.step(np.ones((3, 3)))
     assert np.array_equal(again, observations)
     assert not rewards.any()
     assert not (terminated | truncated).any()
     assert env.flights == ended
-    assert sensor.looks == looks
+    assert sensor.requests == requests
 
 
 def test_autoreset_in_the_next_step_is_not_offered(sensor: AnalyticSensor) -> None:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agent.environment.flight import take_off
-from agent.environment.spaces import OBSERVATION_SIZE, observed
+from agent.environment.spaces import OBSERVATION_SIZE, observation_of
 from agent.learning.features import (
     FEATURE_SIZE,
     Features,
@@ -111,7 +111,7 @@ def test_limits_are_felt_before_they_are_reached(drone, near) -> None:
 
 def test_joints_never_seen_say_nothing_of_where_the_person_faces(sensor: AnalyticSensor) -> None:
     flight = take_off(EnvironmentConfig(), 0, sensor.sample(0, "train"))
-    features = FEATURES(torch.from_numpy(observed(flight))[None])
+    features = FEATURES(torch.from_numpy(observation_of(flight))[None])
     assert facing(features) == pytest.approx(np.zeros((5, 2)))
 
 

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from agent.environment.flight import Flight, move, take_off
 from agent.environment.reward import front_point
-from agent.environment.spaces import observed
+from agent.environment.spaces import observation_of
 from agent.environment.workspace import closest_approach
 from agent.learning.policies import BASELINES, baseline, learned, scripted, steered
 from protocol.config import EnvironmentConfig
@@ -26,7 +26,7 @@ def flown(name: str, flight: Flight, steps: int = 99) -> list[Flight]:
     """A flight without pictures, which no baseline needs."""
     policy, flights = baseline(name, CONFIG), [flight]
     while len(flights) <= steps and not flights[-1].over:
-        velocity = policy(observed(flights[-1])[None], flights[-1:])[0]
+        velocity = policy(observation_of(flights[-1])[None], flights[-1:])[0]
         flights.append(move(CONFIG, flights[-1], velocity.astype(float)))
     return flights
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from perception_worker.networks.backend import input_size, network_name, open_network, quick_search_size
+from perception_worker.networks.backend import input_size, network_name, open_network
 from perception_worker.networks.models import DEFAULTS, KNOWN, OPENPOSE_MOBILENET_THIN
 from perception_worker.networks.onnxruntime_engine import OnnxRuntimeEngine
 from perception_worker.networks.openvino_engine import OpenVinoEngine
@@ -144,19 +144,6 @@ class TestSize:
         assert input_size(PerceptionConfig(input_height=256)) == (256, 320)
         assert input_size(PerceptionConfig(network="movenet_lightning")) == (192, 192)
         assert input_size(PerceptionConfig(network=str(tiny_onnx))) is None
-
-
-class TestSearch:
-    TRACK = PerceptionConfig(look="track")
-
-    def test_is_quick_first_where_nobody_names_a_size(self):
-        assert (quick_search_size(self.TRACK), input_size(self.TRACK)) == ((240, 320), (320, 424))
-
-    def test_is_at_the_named_size_alone(self, tiny_onnx):
-        assert quick_search_size(replace(self.TRACK, input_height=320)) is None
-        assert quick_search_size(replace(self.TRACK, input_width=160)) is None
-        assert quick_search_size(replace(self.TRACK, network="movenet_lightning")) is None
-        assert quick_search_size(replace(self.TRACK, network=str(tiny_onnx))) is None
 
 
 class TestKnownName:

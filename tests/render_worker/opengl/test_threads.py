@@ -1,10 +1,13 @@
 """Several threads ask one renderer at once."""
 
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 
 import pytest
 
+from protocol.config import RenderConfig
 from protocol.region import Region
+from render_worker.renderer import open_renderer
 from render_worker.scenes import sample_scene
 
 pytestmark = pytest.mark.slow
@@ -23,3 +26,10 @@ def test_frames_drawn_while_other_scenes_are_prepared_have_the_same_bytes(render
     with ThreadPoolExecutor(3) as threads:
         at_once = list(threads.map(lambda view: picture(renderer, *view), views))
     assert at_once == [picture(renderer, *view) for view in views]
+
+
+def test_a_renderer_that_was_just_opened_draws_in_another_thread(renderer, look_at):
+    camera = look_at(SCENES[0], 0, 3, size=(160, 120))
+    with closing(open_renderer(RenderConfig())) as fresh, ThreadPoolExecutor(1) as thread:
+        drawn = thread.submit(picture, fresh, SCENES[0], camera).result()
+    assert drawn == picture(renderer, SCENES[0], camera)

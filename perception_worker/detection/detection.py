@@ -1,10 +1,10 @@
-"""What the network saw in a part of a picture."""
+"""One run of the network on a part of a picture, and the person found there."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from perception_worker.look.expectation import Expectation
+from perception_worker.detection.expectation import Expectation
 from perception_worker.networks.network import Network, NetworkOutput
 from perception_worker.stopwatch import Stopwatch
 from protocol.arrays import Float64Array
@@ -13,11 +13,11 @@ from protocol.region import Region
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
-    """What one look came to.
+class Detection:
+    """The result of one run of the network.
 
     Attributes:
-        frame: the part of the picture that there was; depth is read in it.
+        frame: the part of the picture that was at hand; depth is read in it.
         region: the part of it that the network was shown, and that its heatmaps cover.
         keypoints: (18, 2) of the person, in pixels of the whole picture; NaN where a joint was not found.
         others: (n, 18, 2) of other people, in the heatmaps' cells, column and row.
@@ -35,31 +35,36 @@ class Sight:
         return int(np.isfinite(self.keypoints[:, 0]).sum())
 
     @property
+    def map_size(self) -> tuple[int, int]:
+        """Rows and columns of a heatmap."""
+        return self.output.map_size
+
+    @property
     def cell(self) -> float:
         """The longer side of a heatmap's cell, in pixels of the picture."""
-        rows, columns = self.output.heatmaps.shape[1:]
+        rows, columns = self.map_size
         return max(self.region.height / rows, self.region.width / columns)
 
 
-def look_at(
-    frame: Frame, region: Region, network: Network, watch: Stopwatch, expectation: Expectation | None = None
-) -> Sight:
+def detect(
+    frame: Frame, region: Region, network: Network, stopwatch: Stopwatch, expectation: Expectation | None = None
+) -> Detection:
     """Show the network a region of a frame.
 
     Args:
-        expectation: who is looked for; without it, whom the network takes for the person.
+        expectation: the person to find; without it, the one that the network chooses.
 
     Raises:
         InvalidOutput: the network gave no maps, or a map that has a value that is not finite.
         InvalidInput: the frame does not show all of the region.
     """
-    with watch.stage("infer"):
+    with stopwatch.stage("infer"):
         output = network.infer(frame.part(region).rgb)
-    with watch.stage("decode"):
+    with stopwatch.stage("decode"):
         people = network.decode(output)
-        map_size = output.heatmaps.shape[1:]
+        size = output.map_size
         if expectation is not None:
-            everybody = np.concatenate([people.person[None], people.others])
-            people = expectation.choose(people, region.pixels(everybody, map_size))
-        keypoints = region.pixels(people.person, map_size)
-    return Sight(frame, region, output, keypoints, people.others)
+            all_people = np.concatenate([people.person[None], people.others])
+            people = expectation.choose(people, region.pixels(all_people, size))
+        keypoints = region.pixels(people.person, size)
+    return Detection(frame, region, output, keypoints, people.others)

@@ -1,4 +1,4 @@
-"""What Gymnasium's `make` and `make_vec` may hand to an environment, held against what there is."""
+"""Checks of the arguments that Gymnasium's `make` and `make_vec` pass to an environment."""
 
 import operator
 from typing import get_args
@@ -22,20 +22,20 @@ def require_no_rendering(render_mode: str | None) -> None:
 
 
 def require_split(split: str) -> None:
-    """Refuse a split of people that there is not.
+    """Refuse an unknown split of people.
 
     Raises:
-        InvalidInput: there is none of that name.
+        InvalidInput: no split has that name.
     """
     if split not in get_args(Split):
         raise InvalidInput(f"split {split!r}: people are split into {' and '.join(get_args(Split))}")
 
 
 def require_drones(num_envs: int) -> int:
-    """How many drones fly at once.
+    """The number of drones that fly at once.
 
     Raises:
-        InvalidInput: it is no whole number from 1 on.
+        InvalidInput: it is not a whole number of 1 or more.
     """
     try:
         drones = operator.index(num_envs)
@@ -50,7 +50,7 @@ def require_autoreset(mode: AutoresetMode | str) -> AutoresetMode:
     """Gymnasium's autoreset mode, which may be given by its name there, such as "Disabled".
 
     Raises:
-        InvalidInput: there is none of that name, or it is the one that is not offered.
+        InvalidInput: no mode has that name, or it is the mode that is not offered.
     """
     try:
         known = AutoresetMode(mode)

@@ -1,4 +1,4 @@
-"""Where pictures and parts of them come from: a frame at hand, or whoever renders one."""
+"""Where pictures and parts of them come from: a frame at hand, or a renderer."""
 
 from typing import Protocol
 
@@ -8,16 +8,16 @@ from protocol.region import Region
 
 
 class Pictures(Protocol):
-    """What a camera sees at one moment, of which any part may be asked for."""
+    """A camera's picture of one moment, of which any part may be asked for."""
 
     @property
     def camera(self) -> Camera:
-        """Which camera."""
+        """The camera."""
         ...
 
     @property
     def area(self) -> Region:
-        """The largest part that can be had."""
+        """The largest part that may be asked for."""
         ...
 
     @property
@@ -30,7 +30,7 @@ class Pictures(Protocol):
 
         Raises:
             InvalidInput: it is not in the area.
-            CallFailed: nobody gave it; another try may.
+            CallFailed: it did not come; another try may succeed.
         """
         ...
 

@@ -17,7 +17,7 @@ _LEAST_SIDE = 96
 """Pixels. A smaller region would show the network nothing but a blur."""
 
 _MOST_OF_PICTURE = 0.8
-"""Share of a picture from which on a region saves nothing."""
+"""Share of a picture beyond which a region saves no time."""
 
 
 class Box(NamedTuple):
@@ -37,7 +37,7 @@ def around_person(pixels: Float64Array, area: Region, aspect: float, reach: floa
 
     Args:
         pixels: (n, 2) x and y of the joints, NaN where one is not known; one at least is.
-        area: what there is of the picture.
+        area: the part of the picture at hand.
         aspect: width to height that the network sees without distortion.
         reach: pixels that the joints may be away from there.
 

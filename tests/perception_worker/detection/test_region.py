@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from perception_worker.look.region import around_person, at_inner_edge
+from perception_worker.detection.region import around_person, at_inner_edge
 from protocol.region import Region
 
 WHOLE = Region.whole(480, 640)

@@ -6,13 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from perception_worker.look.expectation import expected_at, expected_by, supposed_by
+from perception_worker.detection.expectation import expected_at, expected_by, supposed_by
 from perception_worker.networks.network import People
 from protocol.camera import project
 from protocol.pose_estimate import FilterState
 from protocol.region import Region
 from protocol.skeleton import Joint
-from tests.perception_worker.look.people import body, camera, knows
+from tests.perception_worker.detection.people import body, camera, knows
 from tests.protocol.values.strategies import filter_state
 
 CAMERA = camera()
