@@ -23,8 +23,8 @@ from msgspec.structs import replace
 from rich.console import Console
 from rich.progress import track
 
+from benchmarks.estimation.viewpoints import all_views
 from benchmarks.machine import machine_kind
-from benchmarks.viewpoints import all_views
 from orchestrator.pictures.view import a_step_before, camera_at
 from perception_worker.detection import WholeFrameDetector
 from perception_worker.detection.choice import open_detector

@@ -23,9 +23,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 from rich.console import Console
 
-from benchmarks.detection import detection, finding
+from benchmarks.estimation.detection import detection, finding
+from benchmarks.estimation.viewpoints import front_views, observe_requests
 from benchmarks.machine import machine_kind
-from benchmarks.viewpoints import front_views, observe_requests
 from orchestrator.monitoring.live_display import open_display
 from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
 from protocol.arrays import AnyArray

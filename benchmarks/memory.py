@@ -10,8 +10,8 @@ from collections.abc import Iterator
 
 from rich.console import Console
 
+from benchmarks.estimation.viewpoints import front_views, observe_requests
 from benchmarks.machine import machine_kind
-from benchmarks.viewpoints import front_views, observe_requests
 from orchestrator.monitoring.live_display import open_display
 from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
 from protocol.config import RunConfig

@@ -22,9 +22,9 @@ from msgspec.structs import replace
 from rich.console import Console
 from rich.progress import Progress
 
+from benchmarks.estimation.pose_quality import BANDS, Comparison, Correlation, Figures, View, compare, figures
+from benchmarks.estimation.viewpoints import all_views, observe_requests, requests_before
 from benchmarks.machine import machine_kind
-from benchmarks.pose_quality import BANDS, Comparison, Correlation, Figures, View, compare, figures
-from benchmarks.viewpoints import all_views, observe_requests, requests_before
 from orchestrator.monitoring.live_display import open_display
 from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
 from perception_worker.detection import HeldPictures

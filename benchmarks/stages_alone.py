@@ -23,7 +23,7 @@ from agent.environment.spaces import ACTION_SIZE, OBSERVATION_SIZE
 from agent.environment.stages import times_of
 from agent.learning.algorithms import make_learner
 from agent.learning.learner import Transition
-from benchmarks.viewpoints import front_views, observe_requests
+from benchmarks.estimation.viewpoints import front_views, observe_requests
 from orchestrator.monitoring.live_display import Display, FrameCount, Snapshot, open_display
 from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
 from protocol.config import LearnerConfig, RunConfig

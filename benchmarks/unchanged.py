@@ -22,8 +22,8 @@ from msgspec.structs import asdict, replace
 from rich.console import Console
 from rich.progress import track
 
+from benchmarks.estimation.viewpoints import all_views
 from benchmarks.machine import machine_kind
-from benchmarks.viewpoints import all_views
 from orchestrator.pictures.view import a_step_before, camera_at
 from protocol import Client, Timeouts
 from protocol.config import RunConfig

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from benchmarks.accelerator.measured import Measured, hand_over, options_of, save_arrays
-from benchmarks.viewpoints import all_views
+from benchmarks.estimation.viewpoints import all_views
 from orchestrator.pictures.view import camera_at
 from protocol.camera import Camera
 from protocol.config import RunConfig

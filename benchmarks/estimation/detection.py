@@ -1,6 +1,6 @@
 """The share of visible joints that the pose network finds on our renders.
 
-    python -m benchmarks.detection --frames 200
+    python -m benchmarks.estimation.detection --frames 200
 
 Test identities, 1.5 to 4 m away, the front half, each seen from a step before as well. A visible joint is found if its
 keypoint lies within 5% of the body's height in pixels. The true nose's height above the ground stands for the body's,
@@ -15,8 +15,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 from rich.console import Console
 
+from benchmarks.estimation.viewpoints import front_views, observe_requests, requests_before
 from benchmarks.machine import machine_kind
-from benchmarks.viewpoints import front_views, observe_requests, requests_before
 from orchestrator.monitoring.live_display import open_display
 from orchestrator.pictures.worker_pair import worker_pair
 from protocol.arrays import BoolArray, Float64Array
@@ -132,7 +132,7 @@ def measure(frames: int, config: RunConfig, console: Console) -> list[Finding]:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.detection", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.estimation.detection", description=__doc__)
     parser.add_argument("--frames", type=int, default=200)
     parser.add_argument("--look", choices=["whole", "track"], default="track")
     options = parser.parse_args()

@@ -1,7 +1,7 @@
 """The cost of decoding, quality of estimation and its calibration in metres, for a frame on one core.
 
-    python -m benchmarks.quality --frames 200 --bystanders 1
-    python -m benchmarks.quality --against ../another-checkout
+    python -m benchmarks.estimation.quality --frames 200 --bystanders 1
+    python -m benchmarks.estimation.quality --against ../another-checkout
 
 Views of test scenes, 1.5 to 6 m away, from all around, are rendered and inferred first; then every stage takes its turn
 on every view. Times are of the thread's own work, which other work on the machine lengthens less than the clock's;
@@ -22,8 +22,8 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 
+from benchmarks.estimation.viewpoints import all_views
 from benchmarks.machine import machine_kind
-from benchmarks.viewpoints import all_views
 from orchestrator.pictures.view import camera_at
 from perception_worker import qoe
 from perception_worker.calibration.choice import open_calibration
@@ -206,7 +206,7 @@ def largest_difference(before: Mapping[str, Stage], views: Sequence[Recorded]) -
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.quality",
+        prog="python -m benchmarks.estimation.quality",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

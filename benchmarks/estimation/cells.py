@@ -1,7 +1,7 @@
 """Quality at the cell of a joint's peak, compared with quality at the cell that its keypoint falls into.
 
-    python -m benchmarks.cells --scenes 500
-    python -m benchmarks.cells --scenes 100 --look whole --width 80 --height 60
+    python -m benchmarks.estimation.cells --scenes 500
+    python -m benchmarks.estimation.cells --scenes 100 --look whole --width 80 --height 60
 
 Test scenes from all around, 1.5 to 9 m away, four pictures of each a step apart, the filter carried on, with both kinds
 of depth noise in turns. docs/decisions/0214 has the conclusion.
@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 
+from benchmarks.estimation.viewpoints import all_views
 from benchmarks.machine import machine_kind
-from benchmarks.viewpoints import all_views
 from orchestrator.experiments.figures.bootstrap import Figure, figure, people_of, samples_of_people
 from orchestrator.experiments.figures.correlation import pearson
 from orchestrator.pictures.view import a_step_before, camera_at
@@ -206,7 +206,9 @@ def _written(found: Figure) -> str:
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.cells", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="python -m benchmarks.estimation.cells",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--scenes", type=int, default=500)
     parser.add_argument("--look", choices=["track", "whole"], default="track")

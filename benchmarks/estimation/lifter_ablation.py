@@ -1,7 +1,7 @@
 """Ablations of a lifter: fits without each of its inputs, and without wide poses, on the same views.
 
-    python -m benchmarks.lifter_ablation runs/lifter/views.parquet
-    python -m benchmarks.lifter_ablation runs/lifter/views.parquet --without height up     # on another core
+    python -m benchmarks.estimation.lifter_ablation runs/lifter/views.parquet
+    python -m benchmarks.estimation.lifter_ablation runs/lifter/views.parquet --without height up     # on another core
 
 Prints the mean error of joints on people whom no fit has seen, by whether the joint was found and by their poses; no
 joint's error counts as more than 0.5 m, so that the few frames in which all is lost do not decide. *Like a flight's*:
@@ -68,7 +68,7 @@ def main() -> None:
 
 
 def _options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.lifter_ablation", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.estimation.lifter_ablation", description=__doc__)
     parser.add_argument("table", type=Path, help="of 'orchestrator lifter fit'")
     parser.add_argument("--frames", type=int, default=24000, help="that each fit learns from (default: 24000)")
     parser.add_argument("--epochs", type=int, default=20)

@@ -1,6 +1,6 @@
 """The best factor from a lifter's variance to an observation's noise, and the best growth of process noise.
 
-    python -m benchmarks.filter_noise runs/experiments/train/flights.parquet
+    python -m benchmarks.estimation.filter_noise runs/experiments/train/flights.parquet
 
 Replays the flights of `orchestrator experiment flights`, on train identities, with each pair of constants, and prints
 figures of the posterior. `perception_worker.kalman` has the chosen constants.
@@ -77,7 +77,7 @@ def row(sample: Sample, repeated: float, forgotten: float) -> str:
 
 def main() -> None:
     """Replay and print."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.filter_noise", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.estimation.filter_noise", description=__doc__)
     parser.add_argument("table", type=Path, help="of 'orchestrator experiment flights'")
     options = parser.parse_args()
     console = Console(soft_wrap=True)

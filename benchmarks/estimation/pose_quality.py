@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from msgspec import Struct
 
-from benchmarks.detection import finding
+from benchmarks.estimation.detection import finding
 from protocol.arrays import BoolArray, Float64Array
 from protocol.errors import InvalidInput
 from protocol.messages import Observe
@@ -42,7 +42,7 @@ class Comparison(Struct, frozen=True, eq=False):
         error: metres from the true joint; NaN for joints that are not located.
         uncertainty: 1 - quality.
         visible: to the camera.
-        right, swapped: as `benchmarks.detection` defines them.
+        right, swapped: as `benchmarks.estimation.detection` defines them.
         behind: whether the camera sees no face.
         distance: metres along the ground.
         identity: whose body it is.

@@ -1,9 +1,9 @@
 """The thesis's histogram of run times: its quality of estimation computed 10 000 times, one after the other.
 
-    python -m benchmarks.quality_times --plot docs/images/quality-times.png
+    python -m benchmarks.estimation.quality_times --plot docs/images/quality-times.png
 
-Views of test scenes are rendered, inferred and lifted first (`benchmarks.quality`); then the quality of each is
-computed in turn, in one process and one thread. The thesis says "within 5 ms". Times are of the thread's own work,
+Views of test scenes are rendered, inferred and lifted first (`benchmarks.estimation.quality`); then the quality of each
+is computed in turn, in one process and one thread. The thesis says "within 5 ms". Times are of the thread's own work,
 without the machine's other work; those by the clock are printed as well.
 """
 
@@ -18,8 +18,8 @@ from msgspec import Struct
 from rich.console import Console
 from rich.progress import track
 
+from benchmarks.estimation.quality import ours, recorded, timed
 from benchmarks.machine import machine_kind
-from benchmarks.quality import ours, recorded, timed
 from orchestrator.experiments.pages.plots import write
 from protocol.arrays import Float64Array
 
@@ -82,7 +82,7 @@ def histogram(milliseconds: Float64Array) -> Picture:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print and draw."""
     parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.quality_times",
+        prog="python -m benchmarks.estimation.quality_times",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
