@@ -1,4 +1,4 @@
-"""How the agent's process is, behind an HTTP port: ready while it flies and has somebody to see with."""
+"""The state of the agent's process, over HTTP: ready while it flies and each role has a worker at work."""
 
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
@@ -14,7 +14,7 @@ from protocol.telemetry.readiness import Wait, waits_for_any
 from protocol.telemetry.subject import addresses_called
 
 
-class WatchedAgent:
+class ObservedAgent:
     """An agent that can be asked how it is.
 
     Args:
@@ -64,7 +64,7 @@ def agent_telemetry(
         # Only here: who is not to serve this does not load it.
         from agent.metrics import TrainingMetrics
     metrics = TrainingMetrics(checkpoints, updates)
-    watched = WatchedAgent(about, connections, lambda: metrics.has_begun)
+    watched = ObservedAgent(about, connections, lambda: metrics.has_begun)
     with process_telemetry(at, watched, connections.calls) as registry:
         registry.register(metrics)
         yield metrics

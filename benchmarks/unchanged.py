@@ -37,7 +37,7 @@ PICTURES = 4
 _PATIENCE = Timeouts(call=60.0, startup=120.0)
 
 
-class Workers:
+class CheckoutWorkers:
     """A render and a perception worker of one checkout."""
 
     def __init__(self, renderer: Client, perceiver: Client) -> None:
@@ -46,8 +46,8 @@ class Workers:
 
 
 @contextmanager
-def workers_of(checkout: Path, config: Path, directory: Path) -> Generator[Workers]:
-    """Workers that run the rooms of a checkout, by this interpreter."""
+def workers_of(checkout: Path, config: Path, directory: Path) -> Generator[CheckoutWorkers]:
+    """CheckoutWorkers that run the rooms of a checkout, by this interpreter."""
     render, perception = (f"ipc://{directory}/{role}" for role in ("render", "perception"))
     environment = {**os.environ, "PYTHONPATH": str(checkout), "OMP_NUM_THREADS": "1"}
     with ExitStack() as held:
@@ -66,7 +66,7 @@ def workers_of(checkout: Path, config: Path, directory: Path) -> Generator[Worke
         ]
         for client in clients:
             client.wait_ready()
-        yield Workers(*clients)
+        yield CheckoutWorkers(*clients)
 
 
 def requests(renderer: Client, frames: int, config: RunConfig) -> Iterator[Observe]:
@@ -99,7 +99,7 @@ def _flat(values: dict[str, object], prefix: str = "") -> dict[str, object]:
     return flat
 
 
-def compare(ours: Workers, theirs: Workers, asked: Iterator[Observe]) -> Iterator[list[str]]:
+def compare(ours: CheckoutWorkers, theirs: CheckoutWorkers, asked: Iterator[Observe]) -> Iterator[list[str]]:
     """The fields that differ in each estimate, requested from both with the filter after their last."""
     filter_states: list[FilterState] = []
     for number, request in enumerate(asked):
@@ -129,7 +129,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         directory = Path(folder)
         config = directory / "config.toml"
         config.write_text(f'profile = "{options.profile}"\n')
-        pair: list[Workers] = []
+        pair: list[CheckoutWorkers] = []
         for name, checkout in (("ours", OWN), ("theirs", options.against.resolve())):
             (directory / name).mkdir()
             pair.append(held.enter_context(workers_of(checkout, config, directory / name)))

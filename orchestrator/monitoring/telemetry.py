@@ -23,7 +23,7 @@ STALE = 5.0
 """Seconds without a snapshot, after which the state of the processes counts as unknown."""
 
 
-class WatchedRun:
+class ObservedRun:
     """The telemetry of a run: a display that keeps the last snapshot, and an observer of the registry.
 
     Attributes:
@@ -112,7 +112,7 @@ def run_telemetry(at: Endpoint | None, run: str, display: Display) -> Generator[
     with needs_libraries():
         # Only here: a command that does not serve this does not load it.
         from orchestrator.monitoring.metrics import RunCollector
-    watched = WatchedRun(About(role=Role.ORCHESTRATOR, name=run), display)
+    watched = ObservedRun(About(role=Role.ORCHESTRATOR, name=run), display)
     with server_telemetry(at, watched, {}) as registry:
         registry.register(RunCollector(lambda: watched.snapshot))
         yield Monitors(watched, watched)

@@ -7,7 +7,7 @@ from prometheus_client import CollectorRegistry, generate_latest
 
 from orchestrator.monitoring.live_display import Snapshot
 from orchestrator.monitoring.metrics import RunCollector
-from orchestrator.monitoring.telemetry import STALE, Monitors, WatchedRun, host_telemetry, run_telemetry
+from orchestrator.monitoring.telemetry import STALE, Monitors, ObservedRun, host_telemetry, run_telemetry
 from orchestrator.supervision.heartbeat import Health
 from orchestrator.supervision.registry import Registry, serve_registry
 from protocol.errors import AddressUnavailable
@@ -46,11 +46,11 @@ def now() -> list[float]:
 
 
 @pytest.fixture
-def run(now) -> WatchedRun:
-    return WatchedRun(About(role=Role.ORCHESTRATOR, name="monday"), Shown(), lambda: now[0])
+def run(now) -> ObservedRun:
+    return ObservedRun(About(role=Role.ORCHESTRATOR, name="monday"), Shown(), lambda: now[0])
 
 
-def waits(run: WatchedRun) -> list[tuple[str, str]]:
+def waits(run: ObservedRun) -> list[tuple[str, str]]:
     return [(wait.on, wait.reason) for wait in run.waits()]
 
 
