@@ -170,12 +170,12 @@ def _at_rest(status: RunStatus) -> Iterator[RenderableType]:
     yield Text(_end(status))
     yield from _outcome(status)
     if status.files:
-        yield Text(f"its files: {', '.join(status.files)} in {Path(status.run).resolve()}", "dim")
+        yield Text(f"files: {', '.join(status.files)} in {Path(status.run).resolve()}", "dim")
     if status.is_finished:
         again = f"'orchestrator evaluate {shlex.quote(status.run)}' flies its evaluation again"
         yield Text(f"'orchestrator resume {shlex.quote(status.run)}' prints its report, {again}")
     elif status.state != "damaged":
-        yield Text(f"it is not finished: {_resume(status)}")
+        yield Text(f"the run is not finished: {_resume(status)}")
 
 
 def _end(status: RunStatus) -> str:
@@ -184,11 +184,11 @@ def _end(status: RunStatus) -> str:
     why = f": {status.reason}" if status.reason else ""
     match status.state:
         case "finished":
-            return f"it is finished{when}"
+            return f"the run finished{when}"
         case "stopped":
-            return f"it was stopped{when}{why}"
+            return f"the run was stopped{when}{why}"
         case "failed":
-            return f"it failed{when}{why}"
+            return f"the run failed{when}{why}"
         case "damaged":
             return f"it can't be continued{why}"
         case _ if when or status.workers:

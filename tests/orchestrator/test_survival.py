@@ -176,7 +176,7 @@ def test_processes_without_an_orchestrator_end_by_themselves_and_the_run_goes_on
     assert summary is not None
     assert not summary.complete
     said = rehearsal.command.run("status", "one").stdout
-    assert "it is not finished: continue it by 'orchestrator resume one'" in said
+    assert "the run is not finished: continue it by 'orchestrator resume one'" in said
     done = rehearsal.resume()
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["steps"] == 600

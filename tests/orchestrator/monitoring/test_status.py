@@ -130,7 +130,7 @@ def test_a_finished_run_tells_what_it_came_to_and_no_progress_as_if_it_were_now(
     status = run_status(finished)
     assert (status.state, status.ended, status.is_finished) == ("finished", 1e9, True)
     text = text_of(status)
-    assert f"it is finished on {moment(1e9)}" in text
+    assert f"the run finished on {moment(1e9)}" in text
     assert "trained 1600 steps in 3:12" in text
     assert "policy 'sac' over 5 flights: return 0.5, uncertainty 0.50, success 50%, crash 50%" in text
     assert f"weights.safetensors, evaluation.json, logs in {finished.path.resolve()}" in text.replace("\n", "")
@@ -179,7 +179,7 @@ def test_a_run_whose_orchestrator_was_killed_when_it_went_on_is_broken_off(finis
     text = text_of(status)
     assert "its orchestrator was killed" in text
     assert f"last heard of on {moment(7.0)}" in text
-    assert f"it is not finished: continue it by 'orchestrator resume {finished.path}'" in text.replace("\n", "")
+    assert f"the run is not finished: continue it by 'orchestrator resume {finished.path}'" in text.replace("\n", "")
 
 
 def test_a_run_of_a_time_that_no_calendar_has_is_shown_all_the_same(run):
