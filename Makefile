@@ -51,7 +51,7 @@ check-code: $(INSTALLED)
 	$(BIN)/hadolint docker/Dockerfile
 
 check-tests: $(INSTALLED)
-	$(BIN)/python -m pytest -m "not slow" --hypothesis-profile few-examples --numprocesses auto --maxprocesses 4 --dist worksteal
+	$(BIN)/python -m pytest -m "not slow" --hypothesis-profile few-examples --numprocesses 3 --dist worksteal
 
 benchmark: setup ## each stage alone, and the loop
 	$(BIN)/python -m benchmarks.loop

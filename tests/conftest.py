@@ -4,10 +4,15 @@ A command that a test runs in its own process sets up that process's log; it is 
 """
 
 import logging
+import os
 from collections.abc import Generator
 
 import pytest
 from hypothesis import settings
+
+# Before any library is loaded that computes in threads: on cores with other work they mostly wait for each other, and a
+# fit of seconds takes minutes.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 FEW, ALL = "few-examples", "vantage"
 """Profiles of hypothesis: `make check` takes the first, every whole run the other."""

@@ -286,7 +286,7 @@ class TestProcess:
                 Client(addresses[1], role=Role.AGENT, serves=Role.PERCEPTION, timeouts=PATIENCE) as client,
             ):
                 assert client.call(OBSERVE).filter.seen.any()
-                wait_until(lambda: registry.table["perception-7"].state is State.READY)
+                wait_until(lambda: registry.state("perception-7") is State.READY)
             assert registry.table["perception-7"].address == addresses[1]
             assert process.wait(20) == ExitCode.DONE
 

@@ -153,7 +153,7 @@ def test_a_worker_registers_under_its_name_and_ends_with_its_orchestrator(tmp_pa
     registry = Registry()
     with serving(registry.handlers(), orchestrator, role=Role.ORCHESTRATOR):
         process = worker("--bind", bound, "--config", str(config), "--orchestrator", orchestrator, "--name", "render-1")
-        wait_until(lambda: "render-1" in registry.table and registry.table["render-1"].state is State.READY)
+        wait_until(lambda: registry.state("render-1") is State.READY)
     record = registry.table["render-1"]
     assert (record.role, record.address, record.pid) == (Role.RENDER, bound, process.pid)
     assert ended(process)[0] == ExitCode.DONE

@@ -81,6 +81,11 @@ def frames(table):
     return read_frames(table)
 
 
+@pytest.fixture(scope="module")
+def uninterrupted(frames):
+    return train(frames, SHAPE, replace(BRIEF, epochs=3), told=silent, kept=None)
+
+
 class Killed(Exception):
     pass
 
@@ -95,7 +100,9 @@ class TestKept:
             np.testing.assert_array_equal(weight, others[name])
 
     @pytest.mark.parametrize("last", [0, 1, 2])
-    def test_a_training_that_was_killed_after_an_epoch_learns_what_it_would_have(self, frames, tmp_path, last):
+    def test_a_training_that_was_killed_after_an_epoch_learns_what_it_would_have(
+        self, frames, uninterrupted, tmp_path, last
+    ):
         def killed(epoch, loss):
             if epoch == last:
                 raise Killed
@@ -106,7 +113,7 @@ class TestKept:
         told = []
         weights = self.learned(frames, kept, lambda epoch, loss: told.append(epoch))
         assert told == list(range(last + 1, 3))
-        self.assert_same(weights, self.learned(frames))
+        self.assert_same(weights, uninterrupted)
 
     def test_what_was_kept_of_another_fit_is_not_gone_on_with(self, frames, tmp_path):
         self.learned(frames, Kept(tmp_path / "training", "a fit"))
@@ -115,9 +122,9 @@ class TestKept:
         assert told == [0, 1, 2]
 
     @pytest.mark.parametrize("content", [b"", b"no training", b"PK\x03\x04"])
-    def test_what_is_damaged_is_said_to_be_and_begun_anew(self, frames, tmp_path, caplog, content):
+    def test_what_is_damaged_is_said_to_be_and_begun_anew(self, frames, uninterrupted, tmp_path, caplog, content):
         (tmp_path / "training").write_bytes(content)
-        self.assert_same(self.learned(frames, Kept(tmp_path / "training", "a fit")), self.learned(frames))
+        self.assert_same(self.learned(frames, Kept(tmp_path / "training", "a fit")), uninterrupted)
         assert "can't be read, so training begins anew" in caplog.text
 
 

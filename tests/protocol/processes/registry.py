@@ -16,6 +16,10 @@ class Registry:
         """What an orchestrator answers."""
         return {Register: self.register, Lookup: self.lookup}
 
+    def state(self, name: str) -> State | None:
+        """The state of a process by its last heartbeat; None before the first."""
+        return self.table[name].state if name in self.table else None
+
     def register(self, request: Register) -> Registered:
         """Enter a process."""
         self.beats += 1

@@ -58,7 +58,7 @@ def test_a_process_registers_at_once_and_then_with_every_heartbeat(address, regi
         wait_until(lambda: "agent" in registry.table)
         assert registry.table["agent"].state is State.STARTING
         process.state = State.READY
-        wait_until(lambda: registry.table["agent"].state is State.READY)
+        wait_until(lambda: registry.state("agent") is State.READY)
         beats = registry.beats
         wait_until(lambda: registry.beats > beats + 2)
 

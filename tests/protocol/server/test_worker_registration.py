@@ -130,7 +130,7 @@ def test_a_worker_that_hears_that_the_run_is_over_answers_what_it_has_in_hand_an
         pending = client.submit(ask(2))
         assert begun.wait(20)
         registry.over = True
-        wait_until(lambda: registry.table["render-0"].state is State.DRAINING)
+        wait_until(lambda: registry.state("render-0") is State.DRAINING)
         may_answer.set()
         assert pending.result().scene.yaw == 2
         worker.join(20)
