@@ -94,7 +94,8 @@ def test_a_pool_of_a_worker_follows_the_table(address, orchestrator, registry):
         assert client.call(ask(5)).scene.yaw == 5
 
 
-def test_an_orphan_answers_what_it_has_in_hand_and_ends(address, orchestrator):
+def assert_answers_and_ends(address, orchestrator, timeouts, until_it_drains):
+    """A worker with a request in hand drains, answers the request, and ends."""
     begun, may_answer = threading.Event(), threading.Event()
 
     def sample(request: SampleScene):
@@ -103,38 +104,31 @@ def test_an_orphan_answers_what_it_has_in_hand_and_ends(address, orchestrator):
         return scene_for(request.seed)
 
     worker = serving_thread(
-        address, lambda: {SampleScene: sample}, RegistrationSettings(orchestrator, "render-0"), BRIEF
+        address, lambda: {SampleScene: sample}, RegistrationSettings(orchestrator, "render-0"), timeouts
     )
     with client_of(address) as client:
         pending = client.submit(ask(2))
         assert begun.wait(20)
-        wait_until(lambda: client.ping().state is State.DRAINING)
+        until_it_drains(client)
         may_answer.set()
         assert pending.result().scene.yaw == 2
         worker.join(20)
     assert not worker.is_alive()
+
+
+def test_an_orphan_answers_what_it_has_in_hand_and_ends(address, orchestrator):
+    def until_it_drains(client):
+        wait_until(lambda: client.ping().state is State.DRAINING)
+
+    assert_answers_and_ends(address, orchestrator, BRIEF, until_it_drains)
 
 
 def test_a_worker_that_hears_that_the_run_is_over_answers_what_it_has_in_hand_and_ends(address, orchestrator, registry):
-    begun, may_answer = threading.Event(), threading.Event()
-
-    def sample(request: SampleScene):
-        begun.set()
-        may_answer.wait(20)
-        return scene_for(request.seed)
-
-    worker = serving_thread(
-        address, lambda: {SampleScene: sample}, RegistrationSettings(orchestrator, "render-0"), LONG
-    )
-    with client_of(address) as client:
-        pending = client.submit(ask(2))
-        assert begun.wait(20)
+    def until_it_drains(_):
         registry.over = True
         wait_until(lambda: registry.state("render-0") is State.DRAINING)
-        may_answer.set()
-        assert pending.result().scene.yaw == 2
-        worker.join(20)
-    assert not worker.is_alive()
+
+    assert_answers_and_ends(address, orchestrator, LONG, until_it_drains)
 
 
 def test_an_orchestrator_whose_address_is_none_is_told(address):
