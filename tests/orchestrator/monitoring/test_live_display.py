@@ -17,6 +17,7 @@ from orchestrator.monitoring.live_display import (
 from orchestrator.supervision.heartbeat import Health
 from protocol.messages import Role
 from protocol.records import Progress
+from tests.orchestrator.clock import Clock
 
 PROGRESS = Progress(
     time=0.0,
@@ -53,14 +54,6 @@ def text_of(renderable: object) -> str:
     console = Console(width=120, record=True, file=StringIO())
     console.print(renderable)
     return console.export_text()
-
-
-class Clock:
-    def __init__(self) -> None:
-        self.now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
 
 
 @pytest.fixture

@@ -8,16 +8,9 @@ from protocol.errors import AddressUnavailable
 from protocol.messages import Drain, Lookup, Register, Role, State, WorkerRecord
 from protocol.server.registration import Registration
 from protocol.timeouts import Timeouts
+from tests.orchestrator.clock import Clock
 
 LIVENESS = 5.0
-
-
-class Clock:
-    def __init__(self) -> None:
-        self.now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
 
 
 @pytest.fixture
