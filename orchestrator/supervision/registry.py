@@ -5,6 +5,7 @@ import threading
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from functools import partial
 from typing import Protocol
 
 from msgspec import Struct
@@ -127,6 +128,52 @@ class _End:
             self._drain()
 
 
+class _Server:
+    """Serves a registry in a thread of its own until it is stopped.
+
+    Args:
+        serve_once: serves until it is drained, as `protocol.serve` does with everything but its handlers told.
+    """
+
+    def __init__(self, serve_once: Callable[..., None], registry: Table) -> None:
+        self._serve_once = serve_once
+        self._registry = registry
+        self._bound, self._end = threading.Event(), _End()
+        self._failure: Exception | None = None
+        self._thread = threading.Thread(target=self._run, name="registry", daemon=True)
+
+    def start(self) -> None:
+        """Wait until the address answers; raises the error if it can't be served."""
+        self._thread.start()
+        self._bound.wait()
+        self.check()
+
+    def check(self) -> None:
+        """Raise the error that ended the server, if one did."""
+        if self._failure is not None:
+            raise self._failure
+
+    def stop(self) -> None:
+        """End the server."""
+        self._end()
+        self._thread.join(STOP_PATIENCE)
+
+    def _run(self) -> None:
+        try:
+            # Every permitted client may send a Drain; the run's processes must not lose their registry by one.
+            while not self._end.is_due:
+                self._serve_once(self._handlers, hand_over=self._end.take)
+        except Exception as error:
+            self._failure = error
+            if self._bound.is_set():
+                _log.exception("the registry has failed")
+            self._bound.set()
+
+    def _handlers(self) -> Handlers:
+        self._bound.set()
+        return self._registry.handlers()
+
+
 @contextmanager
 def serve_registry(
     registry: Table,
@@ -143,43 +190,20 @@ def serve_registry(
         AddressUnavailable: the address can't be served.
         NotPermitted: other machines can reach it, and there is no key.
     """
-    bound, end = threading.Event(), _End()
-    failure: list[Exception] = []
-
-    def start() -> Handlers:
-        bound.set()
-        return registry.handlers()
-
-    def run() -> None:
-        try:
-            # Every permitted client may send a Drain; the run's processes must not lose their registry by one.
-            while not end.is_due:
-                serve(
-                    start,
-                    role=Role.ORCHESTRATOR,
-                    bind=address,
-                    computes=False,
-                    timeouts=timeouts,
-                    security=security,
-                    observer=observer,
-                    hand_over=end.take,
-                )
-        except Exception as error:
-            failure.append(error)
-            if bound.is_set():
-                _log.exception("the registry has failed")
-            bound.set()
-
-    def check() -> None:
-        if failure:
-            raise failure[0]
-
-    thread = threading.Thread(target=run, name="registry", daemon=True)
-    thread.start()
-    bound.wait()
-    check()
+    server = _Server(
+        partial(
+            serve,
+            role=Role.ORCHESTRATOR,
+            bind=address,
+            computes=False,
+            timeouts=timeouts,
+            security=security,
+            observer=observer,
+        ),
+        registry,
+    )
+    server.start()
     try:
-        yield check
+        yield server.check
     finally:
-        end()
-        thread.join(STOP_PATIENCE)
+        server.stop()
