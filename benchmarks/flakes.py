@@ -74,7 +74,7 @@ def busy_processes(count: int) -> Generator[None]:
 def run_tests(paths: Sequence[str], processes: int, result: Path) -> None:
     """Run the slow tests once; `result` is there only if pytest came to its end."""
     aside = result.with_suffix(".part")
-    options = ["-m", MARKED, "-q", "--tb=short", "--numprocesses", str(processes), "--dist", "worksteal"]
+    options = ["-m", MARKED, "-q", "--tb=short", "--numprocesses", str(processes), "--dist", "loadfile"]
     log = result.with_suffix(".log")
     with log.open("wb") as output:
         command = [sys.executable, "-m", "pytest", *options, f"--junit-xml={aside}", *paths]
@@ -112,7 +112,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("paths", nargs="*", default=["tests"], help="of tests (all)")
     parser.add_argument("--repetitions", type=int, default=20, help="how often each test runs (20)")
     parser.add_argument("--busy", type=int, default=2, help="processes that compute beside the tests (2)")
-    parser.add_argument("--processes", type=int, default=2, help="of pytest (2)")
+    parser.add_argument("--processes", type=int, default=4, help="of pytest, as `make test` has it (4)")
     parser.add_argument("--out", type=Path, default=Path("runs/flakes"), help="for the results (runs/flakes)")
     return parser
 
