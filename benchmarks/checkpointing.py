@@ -26,7 +26,8 @@ from agent.environment.spaces import ACTION_SIZE, OBSERVATION_SIZE
 from agent.learning.algorithms import make_learner
 from agent.learning.learner import Learner, Transition
 from benchmarks.machine import machine_kind
-from protocol.config import LearnerConfig, RunConfig, SacConfig
+from protocol.config import RunConfig
+from protocol.learner_config import LearnerConfig, SacConfig
 
 _MIB = 1024**2
 

@@ -26,8 +26,9 @@ from agent.learning.learner import Transition
 from benchmarks.estimation.viewpoints import front_views, observe_requests
 from orchestrator.monitoring.live_display import Display, FrameCount, Snapshot, open_display
 from orchestrator.pictures.worker_pair import WorkerPair, worker_pair
-from protocol.config import LearnerConfig, RunConfig
+from protocol.config import RunConfig
 from protocol.config_file import load_config
+from protocol.learner_config import LearnerConfig
 from protocol.records import Stage
 from protocol.system.stop_request import stop_on_signals
 

@@ -27,8 +27,9 @@ from agent.environment.spaces import ACTION_SIZE, OBSERVATION_SIZE
 from agent.learning.algorithms import make_learner
 from agent.learning.learner import Learner, Transition
 from benchmarks.machine import machine_kind
-from protocol.config import EnvironmentConfig, LearnerConfig
+from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
+from protocol.learner_config import LearnerConfig
 
 PARTS = {"update": "a gradient update", "observe": "a step of all drones, put in memory", "act": "velocities, chosen"}
 _HERE = Path(__file__).parent.parent

@@ -7,7 +7,7 @@ The orchestrator reads it once, writes it resolved into the run directory, and s
 import math
 from typing import Annotated, Literal, TypeAlias
 
-from msgspec import Meta, Struct, field
+from msgspec import Meta, field
 from msgspec.structs import replace
 
 from protocol.artifact import bodies_path
@@ -31,15 +31,18 @@ from protocol.config_bounds import (
     StepDuration,
     Threads,
     ThreadsOrNone,
-    Units,
 )
+from protocol.config_section import Section
 from protocol.errors import InvalidConfig, LimitExceeded
 from protocol.frame import Encoding
+from protocol.grid_config import GridConfig
+from protocol.learner_config import LearnerConfig
 from protocol.limits import require_picture_travels
 from protocol.named_files import NamedFile
 from protocol.pose_estimate import Lifting
 
 FrameEncoding: TypeAlias = Literal["auto", Encoding]
+EnvironmentId: TypeAlias = Literal["vantage/Hover-v0", "vantage/Grid-v0"]
 Profile: TypeAlias = Literal["thesis", "vantage"]
 Layout: TypeAlias = Literal["auto", "openpose", "trt_pose"]
 Pixels: TypeAlias = Literal["bgr", "bgr_centred", "rgb_unit", "rgb_signed", "rgb_imagenet"]
@@ -48,18 +51,11 @@ Checksum: TypeAlias = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
 MAX_SPEED = 1.0
 """The largest speed of a drone along each axis, in m/s."""
 
-BYTES_OF_TRANSITION = 800
-"""Memory of one transition in SAC's replay buffer: the features before and after it, its action and its reward."""
-
 NETWORK_FILE = NamedFile("the network", words=r"\w+")
 """A single word is the name of a network; a path has an extension or a folder."""
 
 
-class _Section(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Root of every section: an unknown field is an error."""
-
-
-class TimeoutsConfig(_Section, frozen=True):
+class TimeoutsConfig(Section, frozen=True):
     """Seconds; none of them changes the result of a training.
 
     Attributes:
@@ -79,7 +75,7 @@ class TimeoutsConfig(_Section, frozen=True):
     grace: Duration = 60.0
 
 
-class SupervisionConfig(_Section, frozen=True):
+class SupervisionConfig(Section, frozen=True):
     """When the supervisor restarts local processes.
 
     Attributes:
@@ -99,7 +95,7 @@ class SupervisionConfig(_Section, frozen=True):
     recycle_requests: CountOrNone = 0
 
 
-class RenderConfig(_Section, frozen=True):
+class RenderConfig(Section, frozen=True):
     """Render workers.
 
     Attributes:
@@ -115,7 +111,7 @@ class RenderConfig(_Section, frozen=True):
     bodies: Annotated[str, NamedFile("the file of bodies", otherwise=bodies_path)] | None = None
 
 
-class PerceptionConfig(_Section, frozen=True):
+class PerceptionConfig(Section, frozen=True):
     """Perception workers. Paths are relative to the configuration's own file.
 
     Attributes:
@@ -176,7 +172,7 @@ class PerceptionConfig(_Section, frozen=True):
             raise InvalidConfig(f"perception.precision: {self.precision} is OpenVINO's; ONNX Runtime computes in f32")
 
 
-class CameraConfig(_Section, frozen=True):
+class CameraConfig(Section, frozen=True):
     """The drone's camera; `horizontal_fov` in degrees."""
 
     width: CameraSide = 640
@@ -191,7 +187,7 @@ class CameraConfig(_Section, frozen=True):
             raise InvalidConfig(f"environment.camera.width, height: {error}") from error
 
 
-class EnvironmentConfig(_Section, frozen=True):
+class EnvironmentConfig(Section, frozen=True):
     """`vantage/Hover-v0` (thesis, section 4.3.1). Lengths in metres, times in seconds.
 
     Attributes:
@@ -245,89 +241,7 @@ class EnvironmentConfig(_Section, frozen=True):
             )
 
 
-class SacConfig(_Section, frozen=True):
-    """Soft actor-critic (thesis, section 4.3.2).
-
-    Attributes:
-        hidden_sizes: of the hidden layers.
-        buffer_size: number of transitions in the replay buffer.
-        batch_size: number of transitions in an update.
-        updates_per_step: number of gradient updates for each transition.
-        gamma: discount factor.
-        tau: share of the new weights in each update of the target networks.
-        initial_ent_coef: the entropy coefficient's first value; it is learned.
-        reward_floor: lower rewards are learned as this, so that crashes do not hide the differences between views.
-        reward_scale: factor on the rewards that the critics learn, relative to the entropy bonus.
-    """
-
-    hidden_sizes: tuple[Units, ...] = (128, 128)
-    buffer_size: Count = 100_000
-    batch_size: Count = 256
-    updates_per_step: Positive = 1.0
-    learning_rate: Positive = 3e-4
-    gamma: Fraction = 0.98
-    tau: Fraction = 0.005
-    initial_ent_coef: Positive = 0.2
-    reward_floor: Negative = -30.0
-    reward_scale: Positive = 10.0
-
-    def require_batch(self, num_envs: int) -> None:
-        """Raise `InvalidConfig` unless the replay buffer holds a batch, and a step of every drone."""
-        if self.buffer_size < max(self.batch_size, num_envs):
-            raise InvalidConfig(
-                f"learner.sac.buffer_size: {self.buffer_size} transitions hold no batch of {self.batch_size} "
-                f"from {num_envs} drones"
-            )
-
-    def require_memory(self, machine_bytes: int) -> None:
-        """Raise `InvalidConfig` unless the replay buffer fits into a machine's memory."""
-        needed = self.buffer_size * BYTES_OF_TRANSITION
-        if needed > machine_bytes:
-            raise InvalidConfig(
-                f"learner.sac.buffer_size: {self.buffer_size} transitions take {needed / 2**30:.1f} GiB of memory, and "
-                f"this machine has {machine_bytes / 2**30:.1f}"
-            )
-
-
-class PpoConfig(_Section, frozen=True):
-    """Proximal policy optimisation on the same environment.
-
-    Attributes:
-        n_steps: number of steps of every drone between two updates.
-        n_epochs: number of passes over these steps, each in `minibatches`.
-        clip_range, ent_coef, gae_lambda: as in the algorithm's paper.
-        hidden_sizes, gamma, reward_floor, reward_scale: as for SAC.
-    """
-
-    hidden_sizes: tuple[Units, ...] = (256, 256)
-    n_steps: Count = 128
-    n_epochs: Count = 8
-    minibatches: Count = 4
-    learning_rate: Positive = 3e-4
-    gamma: Fraction = 0.98
-    gae_lambda: Fraction = 0.95
-    clip_range: Positive = 0.2
-    ent_coef: NotNegative = 0.0
-    reward_floor: Negative = -30.0
-    reward_scale: Positive = 1.0
-
-    def require_minibatches(self, num_envs: int) -> None:
-        """Raise `InvalidConfig` unless a rollout can be cut into its minibatches."""
-        if self.n_steps * num_envs < self.minibatches:
-            raise InvalidConfig(
-                f"learner.ppo.n_steps: {self.n_steps} steps of {num_envs} drones make no {self.minibatches} minibatches"
-            )
-
-
-class LearnerConfig(_Section, frozen=True):
-    """The learner, and the settings of each; to change `algorithm` is enough to change the learner."""
-
-    algorithm: Literal["sac", "ppo"] = "sac"
-    sac: SacConfig = SacConfig()
-    ppo: PpoConfig = PpoConfig()
-
-
-class TrainingConfig(_Section, frozen=True):
+class TrainingConfig(Section, frozen=True):
     """How long to train, in environment steps of all drones together.
 
     Attributes:
@@ -347,7 +261,7 @@ class TrainingConfig(_Section, frozen=True):
     keep_checkpoints: Count = 3
 
 
-class EvaluationConfig(_Section, frozen=True):
+class EvaluationConfig(Section, frozen=True):
     """Flights on test identities; every policy flies the same scenes."""
 
     episodes: Count = 20
@@ -355,32 +269,45 @@ class EvaluationConfig(_Section, frozen=True):
     baselines: tuple[Literal["stay", "random", "circle", "front"], ...] = ("stay", "random", "circle", "front")
 
 
-class RunConfig(_Section, frozen=True):
+class RunConfig(Section, frozen=True):
     """Everything that a run depends on, except the machines that it runs on.
 
     Attributes:
+        env_id: the environment. Hover flies with workers; Grid walks on a table of views that were taken before.
         profile: whose choices count where a field is left at `auto`: the thesis's, or ours where they measured better.
         artifacts: the sha256 of files, by the name of the setting that takes the path. A run's own copy has those of
             all its files, and a run does not resume with another file.
     """
 
     seed: Annotated[int, Meta(ge=0, lt=2**31)] = 0
+    env_id: EnvironmentId = "vantage/Hover-v0"
     profile: Profile = "vantage"
     timeouts: TimeoutsConfig = TimeoutsConfig()
     supervision: SupervisionConfig = SupervisionConfig()
     render: RenderConfig = RenderConfig()
     perception: PerceptionConfig = PerceptionConfig()
     environment: EnvironmentConfig = EnvironmentConfig()
+    grid: GridConfig = GridConfig()
     learner: LearnerConfig = LearnerConfig()
     training: TrainingConfig = field(default_factory=TrainingConfig)
     evaluation: EvaluationConfig = field(default_factory=EvaluationConfig)
     artifacts: dict[str, Checksum] = {}
 
     def __post_init__(self) -> None:
-        if self.learner.algorithm == "sac":
-            self.learner.sac.require_batch(self.environment.num_envs)
+        learner, needed = self.learner, "recurrent_ppo" if self.is_grid else "sac or ppo"
+        if (learner.algorithm == "recurrent_ppo") is not self.is_grid:
+            raise InvalidConfig(f"learner.algorithm: {self.env_id} is learned by {needed}, not by {learner.algorithm}")
+        if learner.algorithm == "sac":
+            learner.sac.require_batch(self.environment.num_envs)
+        elif learner.algorithm == "ppo":
+            learner.ppo.require_minibatches(self.environment.num_envs)
         else:
-            self.learner.ppo.require_minibatches(self.environment.num_envs)
+            learner.recurrent_ppo.require_minibatches(self.grid.num_envs)
+
+    @property
+    def is_grid(self) -> bool:
+        """Whether the environment is a grid of views that were taken before, which needs no workers."""
+        return self.env_id == "vantage/Grid-v0"
 
     def require_memory(self, machine_bytes: int) -> None:
         """Raise `InvalidConfig` unless the learner's replay buffer fits into a machine's memory."""

@@ -35,6 +35,8 @@ Drones: TypeAlias = Annotated[int, Meta(ge=1, le=4096)]
 Units: TypeAlias = Annotated[int, Meta(ge=1, le=65536)]
 """Of a network's layer."""
 
+LstmLayers: TypeAlias = Annotated[int, Meta(ge=1, le=8)]
+
 ImageSide: TypeAlias = Annotated[int, Meta(ge=64, le=2048, multiple_of=8)]
 CameraSide: TypeAlias = Annotated[int, Meta(ge=16, le=8192)]
 FieldOfView: TypeAlias = Annotated[float, Meta(gt=1, lt=170)]

@@ -1,7 +1,8 @@
 """The learner that a configuration names."""
 
 from agent.learning.learner import Learner
-from protocol.config import EnvironmentConfig, LearnerConfig
+from protocol.config import EnvironmentConfig
+from protocol.learner_config import LearnerConfig
 
 
 def make_learner(config: LearnerConfig, environment: EnvironmentConfig, *, seed: int) -> Learner:

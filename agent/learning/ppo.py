@@ -28,7 +28,8 @@ from agent.learning.skrl_state import (
     tracked,
 )
 from protocol.arrays import Float32Array
-from protocol.config import EnvironmentConfig, PpoConfig
+from protocol.config import EnvironmentConfig
+from protocol.learner_config import PpoConfig
 
 _UNDER_WAY = ("_current_log_prob", "_current_values", "_current_next_observations")
 """The attributes in which skrl keeps state between acting, observing and learning."""

@@ -32,7 +32,8 @@ from agent.learning.skrl_state import (
     restore_optimizers,
 )
 from protocol.arrays import Float32Array
-from protocol.config import EnvironmentConfig, SacConfig
+from protocol.config import EnvironmentConfig
+from protocol.learner_config import SacConfig
 
 _FEATURES_AT_ONCE = 4096
 """Rows; what is computed on the way to them would else take several times the memory of a journal's segment."""

@@ -19,7 +19,7 @@ from agent.learning.features import FEATURE_SIZE, to_drone_frames
 from agent.learning.fused_adam import FusedAdam
 from agent.learning.networks import Critic, SquashedPolicy
 from agent.learning.squashed_gaussian import SquashedGaussian, rotated
-from protocol.config import SacConfig
+from protocol.learner_config import SacConfig
 
 _VALUES = ("Q-network / Q1", "Q-network / Q2", "Target / Target")
 

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from agent.learning.algorithms import make_learner
 from benchmarks.accelerator.measured import Measured, hand_over, options_of, save_arrays
 from benchmarks.stages_alone import Updating, measured_updates
-from protocol.config import LearnerConfig, RunConfig, SacConfig
+from protocol.config import RunConfig
 from protocol.errors import Unavailable
+from protocol.learner_config import LearnerConfig, SacConfig
 
 
 class Learner(Updating, Protocol):

@@ -10,8 +10,9 @@ from agent.learning.algorithms import make_learner
 from agent.learning.learner import Learner
 from agent.logbook import Clocks
 from protocol.client.dispatcher import Statistics
-from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, RunConfig, SacConfig, TrainingConfig
+from protocol.config import EnvironmentConfig, RunConfig, TrainingConfig
 from protocol.failpoint import Failpoint, no_failpoint
+from protocol.learner_config import LearnerConfig, PpoConfig, SacConfig
 from protocol.records import Summary
 from tests.agent.analytic_sensor import AnalyticSensor
 

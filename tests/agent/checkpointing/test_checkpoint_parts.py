@@ -19,8 +19,9 @@ from agent.environment.vector_hover import VectorHover
 from agent.flight_log import FlightLog
 from agent.learning.algorithms import make_learner
 from agent.learning.learner import Learner
-from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, RunConfig, SacConfig, TrainingConfig
+from protocol.config import EnvironmentConfig, RunConfig, TrainingConfig
 from protocol.errors import InvalidInput, WorkerLost
+from protocol.learner_config import LearnerConfig, PpoConfig, SacConfig
 from tests.agent.analytic_sensor import TIMING, AnalyticSensor
 from tests.agent.checkpointing.comparison import differing
 from tests.agent.checkpointing.restless import restless

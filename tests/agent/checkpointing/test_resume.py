@@ -14,9 +14,10 @@ from msgspec.structs import replace
 
 from agent.checkpointing.checkpoint import read_checkpoint
 from agent.errors import JournalDamaged, NewerFormat, NoWholeCheckpoint, OtherConfig, ResumeRefused, RunInUse
-from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, RunConfig, SacConfig, TrainingConfig
+from protocol.config import EnvironmentConfig, RunConfig, TrainingConfig
 from protocol.errors import WorkerLost
 from protocol.failpoint import Failpoints
+from protocol.learner_config import LearnerConfig, PpoConfig, SacConfig
 from protocol.records import Summary
 from tests.agent.analytic_sensor import TIMING, AnalyticSensor
 from tests.agent.checkpointing.comparison import curves, differing

@@ -6,15 +6,14 @@ from agent.errors import OtherConfig
 from protocol.config import (
     EnvironmentConfig,
     EvaluationConfig,
-    LearnerConfig,
     PerceptionConfig,
     RenderConfig,
     RunConfig,
-    SacConfig,
     SupervisionConfig,
     TimeoutsConfig,
     TrainingConfig,
 )
+from protocol.learner_config import LearnerConfig, SacConfig
 
 CONFIG = RunConfig()
 

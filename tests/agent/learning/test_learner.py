@@ -3,7 +3,8 @@ import pytest
 
 from agent.learning.algorithms import make_learner
 from agent.learning.learner import learned_rewards
-from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, SacConfig
+from protocol.config import EnvironmentConfig
+from protocol.learner_config import LearnerConfig, PpoConfig, SacConfig
 
 
 @pytest.mark.parametrize(("algorithm", "off_policy"), [("sac", True), ("ppo", False)])

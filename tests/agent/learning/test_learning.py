@@ -10,7 +10,8 @@ from agent.evaluation import fly
 from agent.learning.algorithms import make_learner
 from agent.learning.policies import Policy, baseline, learned, scripted
 from agent.training import transition_of
-from protocol.config import EnvironmentConfig, LearnerConfig, PpoConfig, SacConfig
+from protocol.config import EnvironmentConfig
+from protocol.learner_config import LearnerConfig, PpoConfig, SacConfig
 from tests.agent.analytic_sensor import AnalyticSensor
 
 pytestmark = pytest.mark.slow

@@ -7,8 +7,8 @@ from agent.learning.features import Features
 from agent.learning.learner import Transition
 from agent.learning.networks import Value
 from agent.learning.ppo import PpoLearner
-from protocol.config import PpoConfig
 from protocol.errors import InvalidConfig
+from protocol.learner_config import PpoConfig
 from tests.agent.learning.learners import DRONES, FLIGHTS, PPO, Flock, Kept, digest, parameters, same_again
 
 

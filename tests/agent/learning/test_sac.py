@@ -10,8 +10,8 @@ from agent.learning.features import Features
 from agent.learning.learner import Learner
 from agent.learning.networks import Critic
 from agent.learning.sac import SacLearner
-from protocol.config import SacConfig
 from protocol.errors import ArtifactDamaged, InvalidConfig
+from protocol.learner_config import SacConfig
 from tests.agent.learning.learners import FLIGHTS, SAC, Flock, Kept, digest, parameters, same_again
 
 

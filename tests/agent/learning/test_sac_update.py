@@ -13,7 +13,8 @@ from agent.learning.features import Features
 from agent.learning.sac import sac_agent, sac_networks
 from agent.learning.sac_update import STATISTICS, SacNetworks, SacUpdate
 from agent.learning.skrl_state import network_weights, optimizers_state, restore_optimizers, tracked
-from protocol.config import EnvironmentConfig, SacConfig
+from protocol.config import EnvironmentConfig
+from protocol.learner_config import SacConfig
 
 CONFIG = SacConfig(hidden_sizes=(32, 24), batch_size=48)
 

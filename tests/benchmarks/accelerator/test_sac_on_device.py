@@ -5,7 +5,8 @@ from msgspec.structs import replace
 from agent.learning.algorithms import make_learner
 from benchmarks.accelerator.sac_on_device import SacOnDevice
 from benchmarks.stages_alone import measured_updates
-from protocol.config import EnvironmentConfig, LearnerConfig, SacConfig
+from protocol.config import EnvironmentConfig
+from protocol.learner_config import LearnerConfig, SacConfig
 
 ENVIRONMENT = EnvironmentConfig(num_envs=4)
 CONFIG = replace(SacConfig(), batch_size=16, updates_per_step=0.25)
