@@ -129,7 +129,8 @@ class GridTable(Struct, frozen=True, eq=False, kw_only=True):
         A joint without an estimate has 1. Source: thesis, section 3.3.3.
         """
         if self.recipe.certainty == "quality":
-            return np.float32(1.0) - np.mean([self.quantities[name] for name in SHARES], axis=0, dtype=np.float32)
+            shares = np.stack([self.quantities[name] for name in SHARES])
+            return np.float32(1.0) - shares.mean(axis=0, dtype=np.float32)
         errors = np.nan_to_num(self.quantities["expected_error"], nan=np.inf)
         return np.minimum(errors / np.float32(ERROR_SCALE), np.float32(1.0))
 
