@@ -1,6 +1,7 @@
 """Learns where to fly: environments, learners, baselines and evaluation.
 
-Importing it registers `vantage/Hover-v0` with Gymnasium and loads neither torch nor the environment itself.
+Importing it registers `vantage/Hover-v0` and `vantage/Grid-v0` with Gymnasium. It loads neither torch nor the
+environments themselves.
 """
 
 import gymnasium
@@ -9,4 +10,9 @@ gymnasium.register(
     id="vantage/Hover-v0",
     entry_point="agent.environment.hover:Hover",
     vector_entry_point="agent.environment.vector_hover:VectorHover",
+)
+gymnasium.register(
+    id="vantage/Grid-v0",
+    entry_point="agent.environment.grid.grid:Grid",
+    vector_entry_point="agent.environment.grid.vector_grid:VectorGrid",
 )

@@ -11,6 +11,7 @@ from agent.checkpointing.journal import Journal, write_record
 from agent.checkpointing.resume import open_training
 from agent.checkpointing.weights import FILE_NAME, load_weights
 from agent.connections import Connections, WorkerAccess
+from agent.environment.grid.vector_grid import VectorGrid
 from agent.environment.vector_hover import VectorHover
 from agent.evaluation import evaluate
 from agent.learning.algorithms import make_learner
@@ -54,7 +55,7 @@ def train_run(
     config = load_run_config(run)
     learner = make_learner(config.learner, config.environment, seed=config.seed)
     with stop_on_signals(ENDING, once=True) as stop, Connections(config, workers, stop.ask) as connections:
-        env = VectorHover(connections.sensor, config=config.environment)
+        env = _environment(config, connections)
         about = _about("training", config, workers)
         with (
             agent_telemetry(http, about, connections, run / "checkpoints", lambda: learner.updates) as observer,
@@ -69,7 +70,7 @@ def train_run(
                 observer=observer,
             ) as training,
         ):
-            if not _ready(connections, stop):
+            if not config.is_grid and not _ready(connections, stop):
                 return None
             summary = training.run(connections.statistics)
     _log.info("trained %d steps at %.1f a second", summary.steps, summary.steps_per_second)
@@ -113,6 +114,12 @@ def evaluate_run(
         evaluation = replace(evaluation, weights=weights, by=connections.incarnation)
         write_record(run / "evaluation.json", evaluation)
     return evaluation
+
+
+def _environment(config: RunConfig, connections: Connections) -> VectorHover | VectorGrid:
+    if config.is_grid:
+        return VectorGrid(config=config.grid, curriculum=True)
+    return VectorHover(connections.sensor, config=config.environment)
 
 
 def _about(job: str, config: RunConfig, workers: WorkerAccess) -> About:

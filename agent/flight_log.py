@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from agent.environment.flight import succeeded
-from protocol.records import Episode
+from protocol.records import Episode, Outcome
 
 RECENT = 20
 """Number of last flights that the means are over."""
@@ -19,9 +19,14 @@ SCRIPTED = "scripted"
 
 
 class FlightLog:
-    """Numbers flights in the order in which they end; those of one step in their drones' order."""
+    """Numbers flights in the order in which they end; those of one step in their drones' order.
 
-    def __init__(self, success_threshold: float) -> None:
+    Args:
+        success_threshold: weighted uncertainty below which the end of an episode counts as a success; None where the
+            environment itself ends an episode that succeeds.
+    """
+
+    def __init__(self, success_threshold: float | None) -> None:
         self.count = 0
         self._success_threshold = success_threshold
         self._recent: deque[Episode] = deque(maxlen=RECENT)
@@ -70,5 +75,10 @@ class FlightLog:
             length=int(final["length"]),
             outcome=outcome,
             uncertainty=uncertainty,
-            success=succeeded(outcome, uncertainty, self._success_threshold),
+            success=self._succeeded(outcome, uncertainty),
         )
+
+    def _succeeded(self, outcome: Outcome, uncertainty: float) -> bool:
+        if self._success_threshold is None:
+            return outcome == "succeeded"
+        return succeeded(outcome, uncertainty, self._success_threshold)

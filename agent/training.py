@@ -25,6 +25,7 @@ from agent.checkpointing.checkpoints import Checkpoints
 from agent.checkpointing.journal import Journal
 from agent.checkpointing.replay_journal import ReplayJournal
 from agent.checkpointing.weights import FILE_NAME, save_weights
+from agent.environment.grid.vector_grid import VectorGrid
 from agent.environment.spaces import ACTION_SIZE
 from agent.environment.vector_hover import StepResult, VectorHover
 from agent.flight_log import SCRIPTED
@@ -86,7 +87,7 @@ class Training:
         self,
         config: RunConfig,
         *,
-        env: VectorHover,
+        env: VectorHover | VectorGrid,
         learner: Learner,
         records: Records,
         clocks: Clocks,
@@ -186,13 +187,13 @@ class Training:
         Chosen actions and losses are in `_under_way` before anything that may fail, and are not computed again.
         """
         observations = self._env.observations
-        step = self._under_way = self._under_way or _PendingStep(self._chosen(observations, policy))
+        step = self._under_way = self._under_way or self._begun(observations, policy)
         if not self._env.is_under_way:
             self._env.send(step.actions)
         step = self._under_way = self._learned(step)
-        if self._learner.off_policy and not last:
+        if isinstance(self._env, VectorHover) and self._learner.off_policy and not last:
             for group in self._groups:
-                step = self._flown_on(step, policy, group)
+                step = self._flown_on(self._env, step, policy, group)
         result = self._env.receive()
         self._under_way = None if step.ahead is None else _PendingStep(step.ahead)
         transition = transition_of(observations, step.actions, result)
@@ -200,6 +201,18 @@ class Training:
         if self._records.replay is not None:
             self._records.replay.append(transition)
         self._logbook.enter(self._env.num_envs, result[-1], step.learned or {}, step.learning)
+
+    def _begun(self, observations: Float32Array, policy: Policy) -> _PendingStep:
+        """The step's actions. Where no workers would compute meanwhile, updates come before them and not beside them.
+
+        So a rollout has no action of a policy before its updates.
+        """
+        if isinstance(self._env, VectorHover):
+            return _PendingStep(self._chosen(observations, policy))
+        begun = self._clocks.steady()
+        learned = self._learner.learn()
+        learning = self._clocks.steady() - begun
+        return _PendingStep(self._chosen(observations, policy), learned=learned, learning=learning)
 
     def _learned(self, step: _PendingStep) -> _PendingStep:
         """The step after learning in it."""
@@ -214,14 +227,14 @@ class Training:
         flights = self._env.flights
         return np.concatenate([policy(observations[group], flights[group]) for group in self._groups])
 
-    def _flown_on(self, step: _PendingStep, policy: Policy, group: slice) -> _PendingStep:
+    def _flown_on(self, env: VectorHover, step: _PendingStep, policy: Policy, group: slice) -> _PendingStep:
         """The step once a group of drones has its estimates and has begun the next step."""
-        observations, flights = self._env.receive_first(group.stop)
+        observations, flights = env.receive_first(group.stop)
         ahead = np.empty((0, ACTION_SIZE), np.float32) if step.ahead is None else step.ahead
         if len(ahead) < group.stop:
             ahead = np.concatenate([ahead, policy(observations[group], flights[group])])
             step = self._under_way = replace(step, ahead=ahead)
-        self._env.fly_on(ahead[group])
+        env.fly_on(ahead[group])
         return step
 
     def _explore(self, observations: Float32Array, flights: object) -> Float32Array:
@@ -239,7 +252,7 @@ class Training:
     def _keep(self) -> None:
         """Write a checkpoint, unless this step has one; if the disk has no room, warn and try later."""
         flown = self._logbook.flown
-        if flown == self._kept or not self._env.flights:
+        if flown == self._kept or not self._env.is_begun:
             return
         try:
             with self._observer.checkpoint():

@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from protocol.system.process_start import ProcessStart
 
-Outcome: TypeAlias = Literal["flying", "truncated", "too_close", "out_of_workspace"]
+Outcome: TypeAlias = Literal["flying", "truncated", "too_close", "out_of_workspace", "succeeded"]
 Phase: TypeAlias = Literal["prefill", "training", "evaluation", "done"]
 Stage: TypeAlias = Literal["render", "infer", "decode", "lift", "qoe", "filter", "transport", "learn"]
 

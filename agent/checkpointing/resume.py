@@ -12,6 +12,7 @@ from agent.checkpointing.checkpoints import Checkpoints
 from agent.checkpointing.journal import Journal
 from agent.checkpointing.replay_journal import ReplayJournal
 from agent.checkpointing.run_lock import sole_training
+from agent.environment.grid.vector_grid import VectorGrid
 from agent.environment.vector_hover import VectorHover
 from agent.learning.learner import Learner
 from agent.logbook import Clocks
@@ -26,7 +27,7 @@ def open_training(
     run: Path,
     config: RunConfig,
     *,
-    env: VectorHover,
+    env: VectorHover | VectorGrid,
     learner: Learner,
     clocks: Clocks,
     stop: Callable[[], bool],

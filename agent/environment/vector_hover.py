@@ -142,6 +142,11 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         return self.observations, self._infos(finished)
 
     @property
+    def is_begun(self) -> bool:
+        """Whether there are episodes."""
+        return bool(self.flights)
+
+    @property
     def observations(self) -> Float32Array:
         """(n, 111) the current observation of every drone."""
         return np.stack([observation_of(flight) for flight in self.flights])

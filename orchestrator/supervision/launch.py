@@ -51,9 +51,13 @@ def registry_address(sockets: Path) -> str:
 def worker_launches(config: RunConfig, config_path: Path, sockets: Path) -> tuple[Launch, ...]:
     """The render and perception workers of a run; every perception worker may call every render worker.
 
+    A run on a grid of views that were taken before has none.
+
     Args:
         sockets: a directory with a short path, for the `ipc://` sockets.
     """
+    if config.is_grid:
+        return ()
     options = ("--config", str(config_path.resolve()))
     renderers = [
         _worker(f"render-{number}", Role.RENDER, "render_worker", sockets, options)
