@@ -224,8 +224,7 @@ class VectorGrid(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
     def _rested(self, before: Walks, step: GridStep) -> StepResult:
         """The step, with finished episodes left where they were."""
         rested, moved = np.flatnonzero(self._over), ~self._over
-        kept = Walks(**{name: values[rested] for name, values in before.state().items()})
-        self._walks = step.walks.with_begun(rested, kept)
+        self._walks = step.walks.with_begun(rested, before.of(rested))
         self._over = self._over | step.over
         return (
             self.observations,

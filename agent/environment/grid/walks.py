@@ -76,6 +76,10 @@ class Walks(Struct, frozen=True, eq=False, kw_only=True):
             values[drones] = getattr(others, name)
         return replace(self, **changed)
 
+    def of(self, drones: NDArray[np.intp]) -> Self:
+        """The walks of some drones."""
+        return type(self)(**{name: values[drones] for name, values in self.state().items()})
+
     def state(self) -> dict[str, Any]:
         """All of it as arrays by name."""
         return {name: getattr(self, name) for name in self.__struct_fields__}
