@@ -90,7 +90,7 @@ def evaluate_run(
     """
     config = load_run_config(run)
     weights = checksum_if_there(run / FILE_NAME)
-    policies = _policies(run, config, names or (config.learner.algorithm, *config.evaluation.baselines))
+    policies = _policies(run, config, names or (config.learner.algorithm, *config.baselines))
     flights = config.evaluation.episodes if episodes is None else episodes
     steps = len(policies) * flights * config.environment.episode_steps
     about = _about("evaluation", config, workers)

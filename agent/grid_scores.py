@@ -9,7 +9,7 @@ from agent.environment.grid.cells import POSITIONS
 from agent.environment.grid.grid_map import GridMap
 from agent.grid_episodes import GridEpisodes
 from agent.intervals import mean_interval
-from protocol.arrays import BoolArray, Float64Array
+from protocol.arrays import BoolArray, Float32Array, Float64Array
 from protocol.grid_paths import shortest_paths
 from protocol.grid_records import FailureMode, GridScore
 from protocol.records import Interval
@@ -63,13 +63,14 @@ def failures(episodes: GridEpisodes, grid_map: GridMap, threshold: float) -> dic
 
 
 def _solvable(grid_map: GridMap, threshold: float) -> BoolArray:
-    return (grid_map.uncertainty < threshold).any(axis=1)
+    best: Float32Array = grid_map.uncertainty.min(axis=1)
+    return best < threshold
 
 
 def _oscillating(path: NDArray[np.int16]) -> BoolArray:
     tails = np.sort(path[:, -_TAIL:], axis=1)
-    cells = np.count_nonzero(np.diff(tails, axis=1), axis=1) + 1
-    return np.less_equal(cells, _FEW_CELLS)
+    changes: NDArray[np.intp] = (np.diff(tails, axis=1) != 0).sum(axis=1)
+    return changes + 1 <= _FEW_CELLS
 
 
 def _turns(path: NDArray[np.int16]) -> Float64Array:

@@ -5,6 +5,7 @@ The orchestrator reads it once, writes it resolved into the run directory, and s
 """
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Literal, TypeAlias
 
 from msgspec import Meta, field
@@ -44,9 +45,16 @@ from protocol.pose_estimate import Lifting
 FrameEncoding: TypeAlias = Literal["auto", Encoding]
 EnvironmentId: TypeAlias = Literal["vantage/Hover-v0", "vantage/Grid-v0"]
 Profile: TypeAlias = Literal["thesis", "vantage"]
+Baseline: TypeAlias = Literal["stay", "random", "circle", "front", "greedy", "optimum"]
 Layout: TypeAlias = Literal["auto", "openpose", "trt_pose"]
 Pixels: TypeAlias = Literal["bgr", "bgr_centred", "rgb_unit", "rgb_signed", "rgb_imagenet"]
 Checksum: TypeAlias = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
+
+BASELINES: Mapping[EnvironmentId, tuple[Baseline, ...]] = {
+    "vantage/Hover-v0": ("stay", "random", "circle", "front"),
+    "vantage/Grid-v0": ("random", "circle", "greedy", "optimum"),
+}
+"""The baselines of each environment."""
 
 MAX_SPEED = 1.0
 """The largest speed of a drone along each axis, in m/s."""
@@ -262,11 +270,15 @@ class TrainingConfig(Section, frozen=True):
 
 
 class EvaluationConfig(Section, frozen=True):
-    """Flights on test identities; every policy flies the same scenes."""
+    """Flights on test identities; every policy flies the same scenes.
+
+    Attributes:
+        baselines: the policies that the trained one is compared with; left out, all of the environment's.
+    """
 
     episodes: Count = 20
     first_seed: EvaluationSeed = 1_000_000
-    baselines: tuple[Literal["stay", "random", "circle", "front"], ...] = ("stay", "random", "circle", "front")
+    baselines: tuple[Baseline, ...] | None = None
 
 
 class RunConfig(Section, frozen=True):
@@ -297,12 +309,22 @@ class RunConfig(Section, frozen=True):
         learner, needed = self.learner, "recurrent_ppo" if self.is_grid else "sac or ppo"
         if (learner.algorithm == "recurrent_ppo") is not self.is_grid:
             raise InvalidConfig(f"learner.algorithm: {self.env_id} is learned by {needed}, not by {learner.algorithm}")
+        for name in self.baselines:
+            if name not in BASELINES[self.env_id]:
+                raise InvalidConfig(
+                    f"evaluation.baselines: {self.env_id} has {', '.join(BASELINES[self.env_id])}, and no {name}"
+                )
         if learner.algorithm == "sac":
             learner.sac.require_batch(self.environment.num_envs)
         elif learner.algorithm == "ppo":
             learner.ppo.require_minibatches(self.environment.num_envs)
         else:
             learner.recurrent_ppo.require_minibatches(self.grid.num_envs)
+
+    @property
+    def baselines(self) -> tuple[Baseline, ...]:
+        """The baselines of the evaluation."""
+        return BASELINES[self.env_id] if self.evaluation.baselines is None else self.evaluation.baselines
 
     @property
     def is_grid(self) -> bool:

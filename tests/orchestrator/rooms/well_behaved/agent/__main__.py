@@ -120,7 +120,7 @@ def fly(run: Path, steps: int) -> None:
 
 def evaluate(run: Path, config: RunConfig, names: list[str] | None, flights: int | None) -> None:
     figure = Interval(0.5, 0.25, 0.75)
-    policies, episodes = names or ("trained", *config.evaluation.baselines), flights or config.evaluation.episodes
+    policies, episodes = names or ("trained", *config.baselines), flights or config.evaluation.episodes
     fly(run, len(policies) * episodes)
     scores = tuple(
         PolicyScore(
