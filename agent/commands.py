@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from agent.checkpointing.journal import Journal, write_record
@@ -12,20 +13,23 @@ from agent.checkpointing.resume import open_training
 from agent.checkpointing.weights import FILE_NAME, load_weights
 from agent.connections import Connections, WorkerAccess
 from agent.environment.grid.vector_grid import VectorGrid
+from agent.environment.sensor import Sensor
 from agent.environment.vector_hover import VectorHover
 from agent.evaluation import evaluate
+from agent.evaluation_progress import EvaluationProgress, EvaluationStopped
+from agent.grid_episodes import write_walks
+from agent.grid_evaluation import EvaluatedOnGrid, open_run_on_grid
 from agent.learning.algorithms import make_learner
 from agent.learning.policies import BASELINES, Policy, baseline, learned
-from agent.logbook import PROGRESS_EVERY, Clocks
+from agent.logbook import Clocks
 from agent.telemetry import agent_telemetry
-from agent.throughput import Throughput
 from protocol.artifact import checksum_if_there
 from protocol.config import RunConfig
 from protocol.config_file import load_run_config
 from protocol.errors import CallFailed, InvalidInput
 from protocol.failpoint import Failpoint, no_failpoint
 from protocol.messages import Role
-from protocol.records import Evaluation, Progress, Summary
+from protocol.records import Evaluation, Summary
 from protocol.system.signals import ENDING
 from protocol.system.stop_request import StopRequest, stop_on_signals
 from protocol.telemetry.endpoint import Endpoint
@@ -34,10 +38,6 @@ from protocol.telemetry.info import About
 _log = logging.getLogger(__name__)
 
 _CLOCKS = Clocks(wall=time.time, steady=time.monotonic)
-
-
-class EvaluationStopped(Exception):
-    """A stop was requested before the last flight was over."""
 
 
 def train_run(
@@ -53,7 +53,7 @@ def train_run(
         DeadlineExceeded, CallFailed: the workers are gone; the flown steps are kept.
     """
     config = load_run_config(run)
-    learner = make_learner(config.learner, config.environment, seed=config.seed)
+    learner = make_learner(config.learner, config.grid if config.is_grid else config.environment, seed=config.seed)
     with stop_on_signals(ENDING, once=True) as stop, Connections(config, workers, stop.ask) as connections:
         env = _environment(config, connections)
         about = _about("training", config, workers)
@@ -82,17 +82,16 @@ def evaluate_run(
 ) -> Evaluation | None:
     """Evaluate the run's policy and baselines, or those named, and write `evaluation.json`; None if stopped before.
 
-    Health and metrics are served at `http`.
+    Of a run on the grid, `grid.json` is written as well. Health and metrics are served at `http`.
 
     Raises:
-        InvalidInput: no policy has that name.
+        InvalidInput: no policy has that name, or a number of episodes is given of a run on the grid, where every start
+            is walked.
         ArtifactMissing, ArtifactDamaged: there are no weights, or they don't fit the configuration.
     """
     config = load_run_config(run)
     weights = checksum_if_there(run / FILE_NAME)
-    policies = _policies(run, config, names or (config.learner.algorithm, *config.baselines))
-    flights = config.evaluation.episodes if episodes is None else episodes
-    steps = len(policies) * flights * config.environment.episode_steps
+    job = (_grid_job if config.is_grid else _flights)(run, config, episodes, names or config.policies)
     about = _about("evaluation", config, workers)
     with (
         stop_on_signals(ENDING, once=True) as stop,
@@ -100,19 +99,52 @@ def evaluate_run(
         agent_telemetry(http, about, connections, run / "checkpoints") as observer,
         Journal(run, on_progress=observer.progress) as journal,
     ):
-        if not _ready(connections, stop):
+        if not config.is_grid and not _ready(connections, stop):
             return None
-        progress = EvaluationProgress(journal, steps, _CLOCKS, lambda: stop.is_asked)
+        progress = EvaluationProgress(journal, job.steps, _CLOCKS, lambda: stop.is_asked)
         try:
-            evaluation = evaluate(connections.sensor, config, policies, flights, progress)
+            evaluated = job.evaluate(connections.sensor, progress)
         except (EvaluationStopped, CallFailed):
             # When the whole run ends, the workers may end before the agent.
             if not stop.is_asked:
                 raise
             _log.info("stopped on request, before the evaluation was whole")
             return None
-        evaluation = replace(evaluation, weights=weights, by=connections.incarnation)
-        write_record(run / "evaluation.json", evaluation)
+        return _written(run, evaluated, weights, connections.incarnation)
+
+
+class _EvaluationJob(Struct, frozen=True, eq=False):
+    """What an evaluation does, and the most steps that it takes."""
+
+    steps: int
+    evaluate: Callable[[Sensor, EvaluationProgress], Evaluation | EvaluatedOnGrid]
+
+
+def _flights(run: Path, config: RunConfig, episodes: int | None, names: Sequence[str]) -> _EvaluationJob:
+    policies = _policies(run, config, names)
+    flights = config.evaluation.episodes if episodes is None else episodes
+    return _EvaluationJob(
+        steps=len(policies) * flights * config.environment.episode_steps,
+        evaluate=lambda sensor, progress: evaluate(sensor, config, policies, flights, progress),
+    )
+
+
+def _grid_job(run: Path, config: RunConfig, episodes: int | None, names: Sequence[str]) -> _EvaluationJob:
+    if episodes is not None:
+        raise InvalidInput("--episodes: the evaluation of a run on the grid walks every start in every environment")
+    evaluation = open_run_on_grid(run, config, names)
+    return _EvaluationJob(steps=evaluation.steps, evaluate=lambda _sensor, progress: evaluation.walk(progress))
+
+
+def _written(run: Path, evaluated: Evaluation | EvaluatedOnGrid, weights: str | None, incarnation: str) -> Evaluation:
+    """The evaluation, after it was written; of a grid, its details first, so that they are there once it is."""
+    if isinstance(evaluated, EvaluatedOnGrid):
+        details = replace(evaluated.details, weights=weights, by=incarnation)
+        write_walks(run / "walks.npz", evaluated.walks, details.thresholds[0].threshold)
+        write_record(run / "grid.json", details)
+        evaluated = evaluated.evaluation
+    evaluation = replace(evaluated, weights=weights, by=incarnation)
+    write_record(run / "evaluation.json", evaluation)
     return evaluation
 
 
@@ -138,38 +170,6 @@ def _ready(connections: Connections, stop: StopRequest) -> bool:
         _log.info("stopped on request, before there were workers")
         return False
     return True
-
-
-class EvaluationProgress:
-    """Records how far an evaluation is, and stops it on request."""
-
-    def __init__(self, journal: Journal, steps: int, clocks: Clocks, stop: Callable[[], bool]) -> None:
-        self._journal = journal
-        self._steps = steps
-        self._clocks = clocks
-        self._stop = stop
-        self._step = 0
-        self._throughput = Throughput(clocks.steady)
-        self._written = clocks.steady()
-
-    def __call__(self, steps: int) -> None:
-        """Count `steps` more environment steps."""
-        if self._stop():
-            raise EvaluationStopped
-        self._step += steps
-        self._throughput.reached(self._step)
-        if self._clocks.steady() - self._written >= PROGRESS_EVERY:
-            self._written = self._clocks.steady()
-            self._journal.progress(
-                Progress(
-                    time=self._clocks.wall(),
-                    phase="evaluation",
-                    step=self._step,
-                    steps=self._steps,
-                    episodes=0,
-                    steps_per_second=self._throughput.steps_per_second,
-                )
-            )
 
 
 def _policies(run: Path, config: RunConfig, names: Sequence[str]) -> dict[str, Policy]:

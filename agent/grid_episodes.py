@@ -1,6 +1,7 @@
 """Whole episodes on the grid: many walked at once by one policy, and what came of each."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 from msgspec import Struct
@@ -10,6 +11,7 @@ from agent.environment.grid.grid_map import GridMap
 from agent.environment.grid.walks import Walks, take_step
 from agent.learning.grid_policies import GridPolicy
 from protocol.arrays import BoolArray, Float64Array
+from protocol.artifact import whole_file
 from protocol.grid_config import GridReward
 from protocol.grid_table import CELLS, CENTRE
 
@@ -43,6 +45,12 @@ class GridEpisodes(Struct, frozen=True, eq=False, kw_only=True):
     def end(self) -> NDArray[np.intp]:
         """(n,) the cells in which they ended."""
         return self.path[np.arange(len(self.path)), self.length].astype(np.intp)
+
+
+def write_walks(path: Path, episodes: GridEpisodes, threshold: float) -> None:
+    """Write where episodes went to a file; arrays alone, so nothing in it executes."""
+    with whole_file(path) as aside, aside.open("wb") as file:
+        np.savez_compressed(file, threshold=threshold, place=episodes.place, path=episodes.path)
 
 
 def every_start(grid_map: GridMap) -> Walks:

@@ -12,7 +12,7 @@ from agent.intervals import mean_interval
 from protocol.arrays import BoolArray, Float32Array, Float64Array
 from protocol.grid_paths import shortest_paths
 from protocol.grid_records import FailureMode, GridScore
-from protocol.records import Interval
+from protocol.records import Interval, PolicyScore
 
 _TAIL = 50
 """Last steps of an episode that was truncated, by which its failure is told."""
@@ -39,7 +39,21 @@ def score(policy: str, episodes: GridEpisodes, grid_map: GridMap, threshold: flo
         success_length=_over_environments(lengths[won], episodes.place[won]) if won.any() else None,
         ratio=float(lengths[won].mean() / shortest[won].mean()) if won.any() else None,
         total_reward=_over_environments(episodes.total_reward, episodes.place),
+        uncertainty=_over_environments(grid_map.uncertainty[episodes.place, episodes.end], episodes.place),
         failures=failures(episodes, grid_map, threshold),
+    )
+
+
+def policy_score(score: GridScore) -> PolicyScore:
+    """A policy's row in the table of a run's evaluation."""
+    return PolicyScore(
+        policy=score.policy,
+        episodes=score.episodes,
+        total_reward=score.total_reward,
+        uncertainty=score.uncertainty,
+        success=score.success,
+        crash=score.crash,
+        length=score.length,
     )
 
 
@@ -80,7 +94,7 @@ def _turns(path: NDArray[np.int16]) -> Float64Array:
     return np.abs(bearing[:, -1] - bearing[:, 0]) / (2.0 * math.pi)
 
 
-def _over_environments(values: Float64Array | BoolArray, place: NDArray[np.intp]) -> Interval:
+def _over_environments(values: Float64Array | Float32Array | BoolArray, place: NDArray[np.intp]) -> Interval:
     """The mean of all values; its interval is that of the mean over environments."""
     if not len(values):
         return Interval(mean=math.nan, low=math.nan, high=math.nan)

@@ -273,6 +273,8 @@ class EvaluationConfig(Section, frozen=True):
     """Flights on test identities; every policy flies the same scenes.
 
     Attributes:
+        episodes, first_seed: flights of each policy, and the seed of the first; on the grid, every start of every test
+            environment is walked instead.
         baselines: the policies that the trained one is compared with; left out, all of the environment's.
     """
 
@@ -325,6 +327,11 @@ class RunConfig(Section, frozen=True):
     def baselines(self) -> tuple[Baseline, ...]:
         """The baselines of the evaluation."""
         return BASELINES[self.env_id] if self.evaluation.baselines is None else self.evaluation.baselines
+
+    @property
+    def policies(self) -> tuple[str, ...]:
+        """The policies of the evaluation: the trained one, then the baselines."""
+        return (self.learner.algorithm, *self.baselines)
 
     @property
     def is_grid(self) -> bool:

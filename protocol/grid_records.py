@@ -21,6 +21,7 @@ class GridScore(Struct, frozen=True, kw_only=True):
         success_of_solvable: share of those in environments with a cell that succeeds.
         length: steps of all episodes, and their standard deviation.
         success_length: steps of the episodes that succeeded; None without one.
+        uncertainty: weighted, where the episodes ended.
         ratio: `success_length` over the mean of the shortest paths of the same episodes; None likewise.
         failures: number of the episodes that did not succeed, by how.
     """
@@ -36,6 +37,7 @@ class GridScore(Struct, frozen=True, kw_only=True):
     success_length: Interval | None
     ratio: float | None
     total_reward: Interval
+    uncertainty: Interval
     failures: dict[FailureMode, int]
 
 

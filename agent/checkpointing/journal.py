@@ -18,6 +18,7 @@ from msgspec.structs import replace
 from agent.checkpointing.append_only_file import AppendOnlyFile, FileMark
 from agent.observer import NO_OBSERVER
 from protocol.artifact import whole_file
+from protocol.grid_records import GridEvaluation
 from protocol.records import Episode, Evaluation, Progress, Summary
 from protocol.system.process_start import own_start
 
@@ -137,7 +138,7 @@ class Journal:
             self._curves = None
 
 
-def write_record(path: Path, record: Summary | Evaluation) -> None:
+def write_record(path: Path, record: Summary | Evaluation | GridEvaluation) -> None:
     """Write a record as a file of its own, whole or not at all."""
     with whole_file(path) as aside:
         aside.write_bytes(msgspec.json.format(msgspec.json.encode(record)) + b"\n")

@@ -13,7 +13,7 @@ from orchestrator.errors import NoSuchRun
 from orchestrator.run.directory_lock import directory_lock
 from orchestrator.run.run_directory import LOCK_PATIENCE, resolved_toml
 from protocol.artifact import whole_file
-from protocol.config import RenderConfig, RunConfig, SupervisionConfig, TimeoutsConfig
+from protocol.config import EvaluationConfig, RenderConfig, RunConfig, SupervisionConfig, TimeoutsConfig
 from protocol.config_file import load_resolved_config, require_recorded_files, with_content_alone
 from protocol.errors import InvalidInput
 from protocol.whole_record import read_whole
@@ -131,6 +131,7 @@ def what_counts(config: RunConfig) -> RunConfig:
     files = with_content_alone(config)
     return replace(
         files,
+        evaluation=EvaluationConfig(),
         render=replace(files.render, workers=RenderConfig().workers),
         perception=replace(files.perception, workers=1, prefetch=1),
         timeouts=TimeoutsConfig(),

@@ -50,6 +50,10 @@ class Rate:
         """Count one more step."""
         self._done += 1
 
+    def reach(self, done: int) -> None:
+        """Count so many steps in all."""
+        self._done = done
+
     @property
     def count(self) -> FrameCount:
         """The present progress; steps of an earlier process count as done, but not for the speed."""

@@ -24,6 +24,7 @@ from protocol.artifact import checksum_if_there, require_place, sync_directory, 
 from protocol.config import RunConfig
 from protocol.config_file import load_resolved_config, plain, require_recorded_files, resolved, same_for
 from protocol.errors import DamagedRecord, InvalidInput
+from protocol.grid_records import GridEvaluation
 from protocol.messages import Role
 from protocol.records import Evaluation, Progress, Summary
 from protocol.system.process_start import ProcessStart
@@ -166,6 +167,11 @@ class RunDirectory(Struct, frozen=True):
         return self.path / "evaluation.json"
 
     @property
+    def grid_path(self) -> Path:
+        """The details of the evaluation, of a run on the grid."""
+        return self.path / "grid.json"
+
+    @property
     def ending_path(self) -> Path:
         """How the last work on the run ended; missing while an orchestrator works on it."""
         return self.path / "ending.json"
@@ -233,6 +239,10 @@ class RunDirectory(Struct, frozen=True):
     def evaluation(self) -> Evaluation | None:
         """The last evaluation; None before the first."""
         return _read(self.evaluation_path, Evaluation, may_lack=("weights", "by"))
+
+    def grid_evaluation(self) -> GridEvaluation | None:
+        """The details of the last evaluation on the grid; None before the first, and in a run with flights."""
+        return _read(self.grid_path, GridEvaluation)
 
     def ending(self) -> Ending | None:
         """How the last work on it ended; None during work, and after an orchestrator was killed."""

@@ -1,0 +1,151 @@
+"""`orchestrator experiment grid train`, `evaluate` and `report`: policies that explore, and what came of them."""
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from msgspec import Struct
+
+from orchestrator import training
+from orchestrator.cli.options import JsonOption, at_work, examples
+from orchestrator.errors import RunError
+from orchestrator.monitoring.grid_table import grid_tables
+from orchestrator.run.run_directory import RunDirectory
+from orchestrator.supervision.launch import Evaluate
+from orchestrator.terminal.output import print_json, print_line, show
+from protocol.config import RunConfig
+from protocol.config_file import for_a_run, load_config
+from protocol.errors import InvalidInput
+from protocol.grid_records import GridEvaluation
+
+grid_training_app = typer.Typer()
+
+
+class GridTrainings(Struct, frozen=True):
+    """The output of `experiment grid train --json`: the run directories."""
+
+    runs: tuple[str, ...]
+
+
+DEFAULT_OUT = Path("runs/experiments/grid")
+OutOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="The directory of the trainings.")]
+
+
+@grid_training_app.command(
+    "train",
+    epilog=examples(
+        "orchestrator experiment grid train configs/grid.toml",
+        "orchestrator experiment grid train configs/grid.toml --variant quality --seeds 5",
+    ),
+)
+def train(
+    config: Annotated[Path, typer.Argument(metavar="CONFIG", help="What all trainings have in common.")],
+    variant: Annotated[
+        list[str] | None, typer.Option(help="A variant to train; may be given more than once.", show_default="all")
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Trainings of each variant.")] = 3,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Trainings at a time.", show_default="one for each core")
+    ] = None,
+    out: OutOption = DEFAULT_OUT,
+    json: JsonOption = False,
+) -> None:
+    """Train the variants of the exploration experiment, each with several seeds, and evaluate each.
+
+    After a stop or a kill, the same command continues what was begun. Each training is a run directory of its own.
+    """
+    from orchestrator.experiments.grid.training_processes import TrainingProcesses
+    from orchestrator.experiments.grid.variants import VARIANTS, trainings
+
+    planned = trainings(out, for_a_run(load_config(config)), variant or list(VARIANTS), seeds)
+    out.mkdir(parents=True, exist_ok=True)
+    with at_work() as (display, stop):
+        TrainingProcesses(out, jobs or os.cpu_count() or 1, display, stop).train(planned)
+    trained = GridTrainings(runs=tuple(str(one.path) for one in planned))
+    if json:
+        print_json(trained)
+    else:
+        print_line("\n".join([*trained.runs, f"a report of them: orchestrator experiment grid report {out}"]))
+
+
+@grid_training_app.command(
+    "evaluate",
+    epilog=examples(
+        "orchestrator experiment grid evaluate runs/monday",
+        "orchestrator experiment grid evaluate runs/experiments/grid/quality-seed-0 --json",
+    ),
+)
+def evaluate(
+    run: Annotated[
+        Path, typer.Argument(metavar="RUN", help="A run directory of a training on the grid.", show_default=False)
+    ],
+    again: Annotated[
+        bool, typer.Option("--again", help="Walk again, also where these weights were evaluated.")
+    ] = False,
+    json: JsonOption = False,
+) -> None:
+    """Walk every start in every test environment, and print success, crashes, lengths, ceiling and optimum.
+
+    The run's policy and the baselines are evaluated at the run's threshold, at the one by rule and at the thesis's.
+    """
+    directory = RunDirectory.open(run)
+    config = directory.verified_config()
+    _require_grid(run, config)
+    evaluation = directory.grid_evaluation()
+    if again or evaluation is None or not directory.is_evaluated():
+        with at_work() as (display, stop):
+            training.evaluate(directory, config, Evaluate(), display=display, stop=stop)
+        evaluation = directory.grid_evaluation()
+    if evaluation is None:
+        raise RunError(f"{directory.grid_path} is missing or damaged after the evaluation")
+    _print(evaluation, as_json=json)
+
+
+@grid_training_app.command(
+    "report",
+    epilog=examples("orchestrator experiment grid report", "orchestrator experiment grid report runs/grid --json"),
+)
+def report(
+    out: Annotated[
+        Path, typer.Argument(metavar="[DIR]", help="The directory of the trainings.", show_default=str(DEFAULT_OUT))
+    ] = DEFAULT_OUT,
+    json: JsonOption = False,
+) -> None:
+    """Compare the trainings of a directory: tables beside the thesis's, learning curves, walks on maps.
+
+    Writes figures.json, figures.md and plots/ there.
+    """
+    require_libraries()
+    from orchestrator.experiments.grid.page import page
+    from orchestrator.experiments.grid.plots import write_plots
+    from orchestrator.experiments.grid.results import grid_figures, trained_runs
+    from orchestrator.experiments.grid.walked import Walked
+
+    runs = trained_runs(out)
+    figures = grid_figures(runs)
+    first = runs[0]
+    table = read_table(table_path(first.evaluation.table))
+    write_plots(out / "plots", runs, Walked.read(first.directory.path / "walks.npz"), table)
+    for path, text in (
+        (out / "figures.json", json_text(figures)),
+        (out / "figures.md", page(figures)),
+    ):
+        with whole_file(path) as aside:
+            aside.write_text(text)
+    if json:
+        print_json(figures)
+    else:
+        print_line(page(figures))
+
+
+def _print(evaluation: GridEvaluation, *, as_json: bool) -> None:
+    if as_json:
+        print_json(evaluation)
+    else:
+        show(grid_tables(evaluation))
+
+
+def _require_grid(run: Path, config: RunConfig) -> None:
+    if not config.is_grid:
+        raise InvalidInput(f"{run} trained on {config.env_id}: evaluate it by 'orchestrator evaluate {run}'")
