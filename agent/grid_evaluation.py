@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from agent.checkpointing.weights import FILE_NAME, load_weights
 from agent.environment.grid.grid_map import GridMap
-from agent.environment.grid.tables import open_table, table_path
 from agent.environment.grid.threshold import success_threshold
 from agent.environment.grid.walks import Walks
 from agent.grid_episodes import GridEpisodes, every_start, walk_episodes
@@ -25,6 +24,7 @@ from protocol.errors import InvalidInput
 from protocol.grid_paths import shortest_paths
 from protocol.grid_records import GridEvaluation, GridThreshold
 from protocol.grid_table import CELLS, GridTable
+from protocol.grid_tables import open_table, table_path
 from protocol.grid_threshold import THESIS_THRESHOLD, ceiling, threshold_by_rule, weighted_uncertainties
 from protocol.records import Evaluation
 from protocol.scene import Split

@@ -90,6 +90,7 @@ class RecurrentPpoConfig(Section, frozen=True):
     Attributes:
         n_lstm_layers, lstm_hidden_size: of the LSTM, one for the policy and one for the value.
         hidden_size: of the tanh layer after it.
+        memory: whether the LSTM remembers earlier steps; without, each step is one of its own.
         n_steps: number of steps of every drone between two updates; gradients go back through all of them.
         n_epochs: number of passes over these steps, each in `minibatches` of whole drones.
         ent_coef, final_ent_coef, ent_coef_steps: the entropy bonus falls evenly from the first to the second value over
@@ -101,6 +102,7 @@ class RecurrentPpoConfig(Section, frozen=True):
     n_lstm_layers: LstmLayers = 2
     lstm_hidden_size: Units = 256
     hidden_size: Units = 128
+    memory: bool = True
     n_steps: Count = 32
     n_epochs: Count = 4
     minibatches: Count = 4

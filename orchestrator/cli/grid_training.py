@@ -4,20 +4,26 @@ import os
 from pathlib import Path
 from typing import Annotated
 
+import msgspec
 import typer
 from msgspec import Struct
 
 from orchestrator import training
+from orchestrator.cli.observation import require_libraries
 from orchestrator.cli.options import JsonOption, at_work, examples
 from orchestrator.errors import RunError
 from orchestrator.monitoring.grid_table import grid_tables
 from orchestrator.run.run_directory import RunDirectory
 from orchestrator.supervision.launch import Evaluate
 from orchestrator.terminal.output import print_json, print_line, show
+from protocol.artifact import whole_file
 from protocol.config import RunConfig
 from protocol.config_file import for_a_run, load_config
 from protocol.errors import InvalidInput
 from protocol.grid_records import GridEvaluation
+from protocol.grid_table import read_table
+from protocol.grid_tables import table_path
+from protocol.text import json_of
 
 grid_training_app = typer.Typer()
 
@@ -128,11 +134,11 @@ def report(
     table = read_table(table_path(first.evaluation.table))
     write_plots(out / "plots", runs, Walked.read(first.directory.path / "walks.npz"), table)
     for path, text in (
-        (out / "figures.json", json_text(figures)),
-        (out / "figures.md", page(figures)),
+        (out / "figures.json", msgspec.json.format(json_of(figures), indent=2) + b"\n"),
+        (out / "figures.md", page(figures).encode()),
     ):
         with whole_file(path) as aside:
-            aside.write_text(text)
+            aside.write_bytes(text)
     if json:
         print_json(figures)
     else:

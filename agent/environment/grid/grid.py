@@ -12,7 +12,6 @@ from agent.environment.episode_seeds import drawn_seed, require_seed
 from agent.environment.grid.drawing import Scenery, draw, drawn_as_text
 from agent.environment.grid.grid_map import GridMap
 from agent.environment.grid.spaces import action_space, observation_space, require_moves
-from agent.environment.grid.tables import open_table
 from agent.environment.grid.threshold import success_threshold
 from agent.environment.grid.walks import GridStep, Walks, outcomes, take_step
 from agent.environment.reset_options import require_no_options
@@ -20,6 +19,7 @@ from protocol.arrays import Float32Array
 from protocol.errors import InvalidInput
 from protocol.grid_config import GridConfig
 from protocol.grid_table import GridTable
+from protocol.grid_tables import open_table
 from protocol.scene import Split
 
 

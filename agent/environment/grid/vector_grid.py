@@ -14,7 +14,6 @@ from agent.environment.flight import Flight
 from agent.environment.grid.grid_map import GridMap
 from agent.environment.grid.spaces import action_space, observation_space, require_moves
 from agent.environment.grid.starts import episode_seeds
-from agent.environment.grid.tables import open_table
 from agent.environment.grid.threshold import success_threshold, threshold_after
 from agent.environment.grid.walks import GridStep, Walks, outcomes, take_step
 from agent.environment.reset_options import reset_mask
@@ -22,6 +21,7 @@ from agent.environment.vector_hover import StepResult
 from protocol.arrays import BoolArray, Float32Array
 from protocol.grid_config import GridConfig
 from protocol.grid_table import GridTable
+from protocol.grid_tables import open_table
 from protocol.scene import Split
 
 

@@ -1,4 +1,4 @@
-"""The tables that ship, and those that a configuration names by path."""
+"""The grid tables that ship, and those that a configuration names by path."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from protocol.artifact import require_artifact
 from protocol.grid_config import GRID_TABLE
 from protocol.grid_table import GridTable, read_table
 
-_SHIPPED = Path(__file__).parent / "shipped"
+_SHIPPED = Path(__file__).parent / "grid_tables_shipped"
 
 
 def open_table(name: str) -> GridTable:
