@@ -329,6 +329,11 @@ class RunConfig(Section, frozen=True):
         return BASELINES[self.env_id] if self.evaluation.baselines is None else self.evaluation.baselines
 
     @property
+    def num_envs(self) -> int:
+        """The number of drones."""
+        return self.grid.num_envs if self.is_grid else self.environment.num_envs
+
+    @property
     def policies(self) -> tuple[str, ...]:
         """The policies of the evaluation: the trained one, then the baselines."""
         return (self.learner.algorithm, *self.baselines)

@@ -74,4 +74,4 @@ def _open_journal(run: Path, newest: Checkpoint | None, observer: Observer) -> J
 def _open_replay(run: Path, config: RunConfig, newest: Checkpoint | None) -> ReplayJournal:
     """The replay journal, cut back likewise."""
     segments = newest.manifest.grown.replay if newest else ()
-    return ReplayJournal(run / REPLAY, config.environment.num_envs, segments)
+    return ReplayJournal(run / REPLAY, config.num_envs, segments)

@@ -56,7 +56,7 @@ def rehearse(order: Order, display: Display, stop: StopRequest) -> ChaosReport:
     show = Shown(display, "training without faults, for comparison")
     config = load_config(order.config)
     control = control_run(order.config, config, order.runs, stop, show)
-    drones = config.environment.num_envs
+    drones = config.num_envs
     schedule = plan(order.seed, order.faults, tuple(order.scenarios), control.steps, drones=drones)
     touched = order.runs / f"seed-{order.seed}-{datetime.now():%Y%m%d-%H%M%S}"
     rehearsed = rehearsal_config(config, order.faults, control.steps)

@@ -8,6 +8,7 @@ import typer
 from orchestrator.cli.options import JsonOption, at_work, examples
 from orchestrator.terminal.command_group import FAILED
 from orchestrator.terminal.output import print_json, show
+from protocol.config_file import load_config
 
 chaos_app = typer.Typer()
 
@@ -32,7 +33,7 @@ def chaos(
     from orchestrator.chaos import rehearsal, report
     from orchestrator.chaos.scenarios import catalogue
 
-    scenarios = catalogue.chosen(tuple(only or ()))
+    scenarios = catalogue.chosen(tuple(only or ()), workers=not load_config(config).is_grid)
     order = rehearsal.Order(config=config, faults=faults, seed=seed, scenarios=scenarios, runs=runs)
     with at_work() as (display, stop):
         found = rehearsal.rehearse(order, display, stop)

@@ -19,8 +19,15 @@ MakeScenario: TypeAlias = Callable[[float], Scenario]
 """Makes a scenario from a number in [0, 1), for its random choices."""
 
 
-def catalogue() -> dict[str, MakeScenario]:
-    """All scenarios that are possible on this machine."""
+OF_WORKERS = {
+    *(f"{fault}-{role.value}" for fault in ("kill", "stop", "late") for role in (Role.RENDER, Role.PERCEPTION)),
+    "restart-within-a-ping",
+}
+"""The scenarios that hurt a worker; a run on the grid has none."""
+
+
+def catalogue(*, workers: bool = True) -> dict[str, MakeScenario]:
+    """All scenarios that are possible on this machine, and in a run with or without workers."""
     hurt = (Role.RENDER, Role.PERCEPTION, Role.AGENT)
     made: dict[str, MakeScenario] = {f"kill-{role.value}": partial(KillProcess, role) for role in hurt}
     made |= {"kill-orchestrator": KillOrchestrator}
@@ -35,16 +42,17 @@ def catalogue() -> dict[str, MakeScenario]:
     }
     if CAN_FILL_DISKS:
         made["full-disk"] = FullDisk
-    return made | {f"kill-at-{place}": _at_checkpoint(place) for place in PLACES}
+    made |= {f"kill-at-{place}": _at_checkpoint(place) for place in PLACES}
+    return made if workers else {name: make for name, make in made.items() if name not in OF_WORKERS}
 
 
-def chosen(names: tuple[str, ...]) -> Mapping[str, MakeScenario]:
+def chosen(names: tuple[str, ...], *, workers: bool = True) -> Mapping[str, MakeScenario]:
     """The scenarios of these names, or all without any name.
 
     Raises:
-        InvalidInput: there is no scenario of a name.
+        InvalidInput: there is no scenario of a name, or it hurts a worker and the run has none.
     """
-    known = catalogue()
+    known = catalogue(workers=workers)
     for name in names:
         if name not in known:
             raise InvalidInput(f"there is no fault class '{name}'; there are {', '.join(known)}")

@@ -10,7 +10,7 @@ import psutil
 import pytest
 
 from orchestrator.chaos.errors import InvariantBroken, NotRecovered
-from orchestrator.chaos.scenarios.catalogue import catalogue, chosen
+from orchestrator.chaos.scenarios.catalogue import OF_WORKERS, catalogue, chosen
 from orchestrator.chaos.scenarios.checkpoint_kills import PLACES, KillAtCheckpoint
 from orchestrator.chaos.scenarios.full_disk import FullDisk, limit_files
 from orchestrator.chaos.scenarios.kills import KillProcess
@@ -235,3 +235,12 @@ def test_those_named_are_chosen_and_all_without_a_name():
     assert list(chosen(("garbage", "kill-agent"))) == ["garbage", "kill-agent"]
     assert chosen(()).keys() == catalogue().keys()
     assert len(catalogue()) == 20
+
+
+def test_a_run_without_workers_has_the_other_faults() -> None:
+    faults = catalogue(workers=False)
+    assert {"kill-agent", "stop-agent", "kill-orchestrator", "garbage", "full-disk"} <= faults.keys()
+    assert catalogue().keys() >= OF_WORKERS
+    assert faults.keys() == catalogue().keys() - OF_WORKERS
+    with pytest.raises(InvalidInput, match="kill-render"):
+        chosen(("kill-render",), workers=False)
