@@ -1,8 +1,10 @@
 """A grid table without renders: certainty falls with the distance from a point in front of the person."""
 
+from pathlib import Path
+
 import numpy as np
 
-from protocol.grid_table import CELLS, SIDE, GridPlace, GridRecipe, GridTable
+from protocol.grid_table import CELLS, SIDE, GridPlace, GridRecipe, GridTable, stored_place, write_table
 from protocol.skeleton import JOINT_COUNT
 
 RECIPE = GridRecipe(certainty="quality", version="test", config="", views="{}", perception={})
@@ -39,3 +41,13 @@ def quality_around(yaw: float) -> np.ndarray:
     best = 3.0 * np.array([np.cos(yaw), np.sin(yaw)])
     quality = np.clip(1.0 - 0.15 * np.linalg.norm(positions - best, axis=1), 0.0, 1.0)
     return np.repeat(quality[:, None], JOINT_COUNT, axis=1).astype(np.float32)
+
+
+def write_to(path: Path, views: GridTable) -> Path:
+    """The table's file."""
+    places = [
+        stored_place(place, views.truth[number], {name: values[number] for name, values in views.quantities.items()})
+        for number, place in enumerate(views.places)
+    ]
+    write_table(path, views.recipe, tuple(views.quantities), places)
+    return path
