@@ -66,7 +66,7 @@ def test_a_run_is_trained_and_evaluated_without_workers(run: Path) -> None:
     details = msgspec.json.decode((run / "grid.json").read_bytes(), type=GridEvaluation)
     assert details.weights == evaluation.weights == sha256(run / "weights.safetensors")
     assert details.by == evaluation.by
-    assert [threshold.threshold for threshold in details.thresholds][0] == 1.5
+    assert details.thresholds[0].threshold == 1.5
     assert 1.1 in [threshold.threshold for threshold in details.thresholds]
     optimum = details.thresholds[0].scores[-1]
     assert (optimum.success.mean, optimum.ratio) == (1.0, 1.0)
