@@ -38,8 +38,19 @@ SHARES: tuple[Quantity, ...] = ("mass", "height", "distance")
 LENGTHS: tuple[Quantity, ...] = ("expected_error", "radius", "error")
 """Metres, stored in steps of 3.5% from a millimetre on; NaN where there is no estimate."""
 
+QUANTITIES: tuple[Quantity, ...] = SHARES + LENGTHS
+
 _SHORTEST, _RATIO = 0.001, 1.035
 _NO_LENGTH = 255
+
+_MOST_NUMBERS = len(QUANTITIES) * JOINT_COUNT * CELLS + 1
+"""One more than an environment has at most, so that views too many are noticed."""
+
+_OF_SPLIT: Mapping[Split, tuple[range, range]] = {
+    "train": (TRAIN_IDENTITIES, TRAIN_POSES),
+    "test": (TEST_IDENTITIES, TEST_POSES),
+}
+"""Identities and poses."""
 
 Certainty: TypeAlias = Literal["quality", "metres"]
 """Of a joint: the thesis's combined quality, or the expected error in metres."""
@@ -172,12 +183,9 @@ def read_table(path: Path) -> GridTable:
     """A table out of its file.
 
     Raises:
-        ArtifactDamaged: the file can't be read or is no table, an environment has a view too few, or a test person or
-            pose is in the train split.
+        ArtifactDamaged: as `read_stored_table`; or an environment has a view too few.
     """
     stored = read_stored_table(path)
-    for one in stored.places:
-        require_split_kept(one.place)
     arrays = [_decoded_place(one, stored.quantities) for one in stored.places]
     return GridTable(
         recipe=stored.recipe,
@@ -188,7 +196,11 @@ def read_table(path: Path) -> GridTable:
 
 
 def read_stored_table(path: Path) -> StoredGridTable:
-    """A table as stored, its checksum verified; errors as `read_table`."""
+    """A table as stored, its checksum verified.
+
+    Raises:
+        ArtifactDamaged: the file can't be read, is no table or was changed, or its splits are not apart.
+    """
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise ArtifactDamaged(f"{path} is too large to be a grid table")
@@ -201,20 +213,45 @@ def read_stored_table(path: Path) -> StoredGridTable:
         raise ArtifactDamaged(f"{path} has the format {stored.format}, not {FORMAT}; build it anew")
     if _checksum(stored.places) != stored.checksum:
         raise ArtifactDamaged(f"{path} is not what was built: its checksum differs")
-    if not stored.places:
-        raise ArtifactDamaged(f"{path} has no environment")
+    _require_quantities(stored, path)
+    require_splits_apart([one.place for one in stored.places])
     return stored
 
 
-def require_split_kept(place: GridPlace) -> None:
-    """Make sure that an environment is of people and poses of its split.
+def stored_numbers(stored: StoredPlace) -> bytes:
+    """An environment's quantities, in the order of their names, a byte for each joint and cell.
 
     Raises:
-        ArtifactDamaged: it is not; the message names it.
+        ArtifactDamaged: they can't be unpacked.
     """
-    identities, poses = (TRAIN_IDENTITIES, TRAIN_POSES) if place.split == "train" else (TEST_IDENTITIES, TEST_POSES)
-    if place.identity not in identities or place.pose not in poses:
-        raise ArtifactDamaged(f"{_named(place)} is in the {place.split} split, whose people and poses are others")
+    try:
+        return lzma.LZMADecompressor().decompress(stored.views, max_length=_MOST_NUMBERS)
+    except lzma.LZMAError as error:
+        raise ArtifactDamaged(f"{_named(stored.place)} has views that can't be unpacked: {error}") from error
+
+
+def require_splits_apart(places: Sequence[GridPlace]) -> None:
+    """Make sure that there are environments of both splits, each of its split's own people and poses.
+
+    Raises:
+        ArtifactDamaged: there are not; the message names the environment.
+    """
+    people = {split: {place.identity for place in places if place.split == split} for split in _OF_SPLIT}
+    for split, identities in people.items():
+        if not identities:
+            raise ArtifactDamaged(f"the {split} split has no environment")
+    if both := people["train"] & people["test"]:
+        raise ArtifactDamaged(f"identity {min(both)} is in both splits; a policy is tested on other people")
+    for place in places:
+        identities, poses = _OF_SPLIT[place.split]
+        if place.identity not in identities or place.pose not in poses:
+            raise ArtifactDamaged(f"{_named(place)} is in the {place.split} split, whose people or poses are others")
+
+
+def _require_quantities(stored: StoredGridTable, path: Path) -> None:
+    needed = SHARES if stored.recipe.certainty == "quality" else ("expected_error",)
+    if lacking := [name for name in needed if name not in stored.quantities]:
+        raise ArtifactDamaged(f"{path} lacks {', '.join(lacking)}; its certainty is in {stored.recipe.certainty}")
 
 
 def _named(place: GridPlace) -> str:
@@ -222,13 +259,17 @@ def _named(place: GridPlace) -> str:
 
 
 def _decoded_place(stored: StoredPlace, names: Sequence[Quantity]) -> tuple[Float32Array, dict[Quantity, Float32Array]]:
-    try:
-        encoded = np.frombuffer(lzma.decompress(stored.views), np.uint8)
-        bytes_of = encoded.reshape(len(names), JOINT_COUNT, CELLS)
-        truth = np.frombuffer(stored.truth, "<f4").astype(np.float32).reshape(JOINT_COUNT, 3)
-    except (lzma.LZMAError, ValueError) as error:
-        raise ArtifactDamaged(f"{_named(stored.place)} has views that are missing or damaged: {error}") from error
-    return truth, {name: _decoded(name, bytes_of[number].T) for number, name in enumerate(sorted(names))}
+    encoded = np.frombuffer(stored_numbers(stored), np.uint8)
+    if encoded.size != len(names) * JOINT_COUNT * CELLS:
+        raise ArtifactDamaged(
+            f"{_named(stored.place)} has {encoded.size} numbers, not {len(names) * JOINT_COUNT * CELLS}: "
+            "a view is missing"
+        )
+    if len(stored.truth) != 4 * 3 * JOINT_COUNT:
+        raise ArtifactDamaged(f"{_named(stored.place)} lacks the true position of a joint")
+    bytes_of = encoded.reshape(len(names), JOINT_COUNT, CELLS)
+    truth = np.frombuffer(stored.truth, "<f4").astype(np.float32).reshape(JOINT_COUNT, 3)
+    return truth, {name: _decoded(name, bytes_of[number].T) for number, name in enumerate(names)}
 
 
 def _encoded(name: Quantity, values: Float32Array) -> NDArray[np.uint8]:

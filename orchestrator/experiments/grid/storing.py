@@ -1,0 +1,56 @@
+"""The file that ships, made from all views of a grid."""
+
+from collections.abc import Mapping
+
+import msgspec
+import numpy as np
+import pyarrow.parquet as pq
+
+from orchestrator.experiments.grid.columns import environment_in
+from orchestrator.experiments.grid.directory import GridDirectory
+from protocol.artifact import whole_file
+from protocol.config import Profile
+from protocol.errors import InvalidInput
+from protocol.grid_table import QUANTITIES, Certainty, GridRecipe, require_splits_apart, stored_place, write_table
+
+CERTAINTIES: Mapping[Profile, Certainty] = {"thesis": "quality", "vantage": "metres"}
+
+
+def store(directory: GridDirectory) -> None:
+    """Make a directory's table of its views, unless it is there.
+
+    Raises:
+        DamagedRecord: an environment has a view too few.
+        ArtifactDamaged: an environment is in a split of other people and poses.
+        InvalidInput: the table's certainty is in metres, and the workers told none.
+    """
+    if directory.table_path.is_file():
+        return
+    views = pq.ParquetFile(directory.all_views_path)
+    environments = [environment_in(views.read_row_group(number)) for number in range(views.num_row_groups)]
+    require_splits_apart([place for place, _, _ in environments])
+    told = [name for name in QUANTITIES if any(np.isfinite(values[name]).any() for _, _, values in environments)]
+    recipe = _recipe(directory.config().profile, views.schema_arrow.metadata)
+    if recipe.certainty == "metres" and "expected_error" not in told:
+        raise InvalidInput(
+            f"{directory.all_views_path} has no expected errors, since its workers are neither calibrated nor have a "
+            "learned lifter; a table of the profile vantage needs them"
+        )
+    places = [
+        stored_place(place, truth, {name: values[name] for name in told}) for place, truth, values in environments
+    ]
+    with whole_file(directory.table_path) as aside:
+        write_table(aside, recipe, told, places)
+
+
+def _recipe(profile: Profile, metadata: Mapping[bytes, bytes]) -> GridRecipe:
+    told = {
+        name: metadata[f"vantage.{name}".encode()].decode() for name in ("version", "config", "views", "perception")
+    }
+    return GridRecipe(
+        certainty=CERTAINTIES[profile],
+        version=told["version"],
+        config=told["config"],
+        views=told["views"],
+        perception=msgspec.json.decode(told["perception"], type=dict[str, str]),
+    )
