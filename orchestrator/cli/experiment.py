@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from orchestrator.cli.grid import grid_app
+from orchestrator.cli.grid_training import grid_training_app
 from orchestrator.cli.observation import complete, require_libraries
 from orchestrator.cli.options import (
     AllowedOption,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 experiment_app = typer.Typer(
     help="Experiments: the error of pose estimates and how well their quality predicts it.", no_args_is_help=True
 )
+grid_app.add_typer(grid_training_app)
 experiment_app.add_typer(grid_app, name="grid")
 
 
