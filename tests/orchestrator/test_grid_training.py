@@ -46,7 +46,7 @@ def test_a_killed_agent_goes_on(orchestrator, config, wait_until):
     _, errors = child.communicate(timeout=PATIENCE)
     assert child.returncode == 0, errors
     assert run.summary().steps == 16000
-    assert [restart.name for restart in run.restarts()] == ["agent"]
+    assert [restart.process for restart in run.restarts()] == ["agent"]
 
 
 def test_variants_are_trained_side_by_side_and_compared(orchestrator, config):
