@@ -29,7 +29,7 @@ from agent.environment.grid.vector_grid import VectorGrid
 from agent.environment.spaces import ACTION_SIZE
 from agent.environment.vector_hover import StepResult, VectorHover
 from agent.flight_log import SCRIPTED
-from agent.learning.learner import Learner, Transition
+from agent.learning.learner import ActionArray, Learner, Transition
 from agent.learning.learner import Statistics as Losses
 from agent.learning.policies import Policy, scripted
 from agent.logbook import Clocks, Logbook
@@ -64,16 +64,16 @@ class _PendingStep(Struct, frozen=True, eq=False):
     """A step that was begun.
 
     Attributes:
-        actions: (n, 3) of the step.
+        actions: of the step.
         learned: the losses, once the step was learned in.
         learning: seconds that learning took.
-        ahead: (k, 3) actions of the first drones in the next step, as far as they were chosen.
+        ahead: actions of the first drones in the next step, as far as they were chosen.
     """
 
-    actions: Float32Array
+    actions: ActionArray
     learned: Losses | None = None
     learning: float = 0.0
-    ahead: Float32Array | None = None
+    ahead: ActionArray | None = None
 
 
 class Training:
@@ -222,7 +222,7 @@ class Training:
         learned = self._learner.learn()
         return replace(step, learned=learned, learning=self._clocks.steady() - begun)
 
-    def _chosen(self, observations: Float32Array, policy: Policy) -> Float32Array:
+    def _chosen(self, observations: Float32Array, policy: Policy) -> ActionArray:
         """The actions of all drones, chosen group by group, as they would have been ahead."""
         flights = self._env.flights
         return np.concatenate([policy(observations[group], flights[group]) for group in self._groups])
@@ -237,7 +237,7 @@ class Training:
         env.fly_on(ahead[group])
         return step
 
-    def _explore(self, observations: Float32Array, flights: object) -> Float32Array:
+    def _explore(self, observations: Float32Array, flights: object) -> ActionArray:
         return self._learner.act(observations, explore=True)
 
     def _end(self) -> Summary:
@@ -337,7 +337,7 @@ def _groups(drones: int, count: int) -> list[slice]:
     return [slice(first, end) for first, end in pairwise(edges) if first < end]
 
 
-def transition_of(observations: Float32Array, actions: Float32Array, result: StepResult) -> Transition:
+def transition_of(observations: Float32Array, actions: ActionArray, result: StepResult) -> Transition:
     """A step as learners take it; the next observation of a finished flight is its own last one."""
     following, rewards, terminated, truncated, infos = result
     following = following.copy()

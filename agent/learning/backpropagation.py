@@ -1,10 +1,7 @@
 """Backpropagation through the plain networks of `networks.layers`, written out.
 
 Autograd would do the same, but its graph costs about as much as the arithmetic of layers this small, and it computes
-gradients that are not needed.
-
-torch multiplies matrices by MKL, which leaves AVX-512 alone on processors that are not Intel's. Wide layers go to
-oneDNN, which does not, by the operator that torch's compiler uses for them.
+gradients that are not needed. Wide layers go to oneDNN.
 """
 
 import torch
@@ -12,12 +9,7 @@ import torch.nn.functional as F  # noqa: N812 (torch's own name for it)
 from msgspec import Struct
 from torch import Tensor, nn
 
-_WIDE = 32
-"""Numbers in and out of a layer from which on oneDNN is faster, although a call of it costs more."""
-
-_HAS_ONEDNN = torch.backends.mkldnn.is_available() and hasattr(torch.ops.mkldnn, "_linear_pointwise")
-_HAS_AVX512 = torch.backends.cpu.get_cpu_capability() == "AVX512"
-"""Without it, oneDNN is no faster than MKL where it has to turn the batch round first, as for weights' gradients."""
+from agent.learning import onednn
 
 
 class _Layer(Struct, frozen=True, eq=False):
@@ -89,30 +81,24 @@ class Backpropagation:
 def _layer_of(linear: nn.Linear) -> _Layer:
     weight, bias = linear.weight.detach(), linear.bias.detach()
     linear.weight.grad, linear.bias.grad = torch.zeros_like(weight), torch.zeros_like(bias)
-    wide = min(weight.shape) >= _WIDE and weight.dtype == torch.float32
-    return _Layer(weight, bias, weight.t(), linear.weight.grad, linear.bias.grad, _HAS_ONEDNN and wide)
+    return _Layer(weight, bias, weight.t(), linear.weight.grad, linear.bias.grad, onednn.suits(weight))
 
 
 def _rectified(inputs: Tensor, layer: _Layer) -> Tensor:
     """ReLU of a layer."""
     if layer.suits_onednn:
-        return _by_onednn(inputs, layer.weight, layer.bias, "relu")
+        return onednn.linear(inputs, layer.weight, layer.bias, "relu")
     return F.linear(inputs, layer.weight, layer.bias).relu_()
 
 
 def _set_weight_gradient(layer: _Layer, gradient: Tensor, inputs: Tensor) -> None:
-    if layer.suits_onednn and _HAS_AVX512:
-        layer.weight_gradient.copy_(_by_onednn(gradient.t(), inputs.t()))
+    if layer.suits_onednn and onednn.HAS_AVX512:
+        layer.weight_gradient.copy_(onednn.linear(gradient.t(), inputs.t()))
     else:
         torch.mm(gradient.t(), inputs, out=layer.weight_gradient)
 
 
 def _through(layer: _Layer, gradient: Tensor, inputs: Tensor) -> Tensor:
     """The gradient of what went into the ReLU before a layer: zero where that let nothing through."""
-    before = _by_onednn(gradient, layer.transposed) if layer.suits_onednn else torch.mm(gradient, layer.weight)
+    before = onednn.linear(gradient, layer.transposed) if layer.suits_onednn else torch.mm(gradient, layer.weight)
     return torch.ops.aten.threshold_backward.grad_input(before, inputs, 0, grad_input=before)
-
-
-def _by_onednn(inputs: Tensor, weight: Tensor, bias: Tensor | None = None, then: str = "none") -> Tensor:
-    """`F.linear` and what follows it; the overload is named, since finding it takes part of a call's time."""
-    return torch.ops.mkldnn._linear_pointwise.default(inputs, weight, bias, then, [], "")

@@ -9,24 +9,28 @@ from numpy.typing import NDArray
 
 from protocol.arrays import BoolArray, Float32Array, Float64Array
 
+ActionArray: TypeAlias = NDArray[np.float32 | np.int64]
+"""Of n drones: velocities (n, 3) in m/s, or on the grid the numbers (n,) of moves."""
+
 Statistics: TypeAlias = dict[str, float]
 """Names as TensorBoard shows them, and values."""
 
 
 class Transition(Struct, frozen=True, eq=False, kw_only=True):
-    """One step of every drone.
+    """One step of every drone, in flight or on the grid.
 
     Attributes:
-        observations: (n, 111) before the step.
-        actions: (n, 3) that were taken, by the learner's policy or another.
+        observations: (n, 111), or (n, 20) on the grid, before the step.
+        actions: (n, 3), or (n,) on the grid, that were taken, by the learner's policy or another.
         rewards: (n,).
-        next_observations: (n, 111) after the step; the last one of a finished flight, not the first of the next.
+        next_observations: as `observations`, after the step; the last one of a finished episode, not the first of the
+            next.
         terminated: (n,) ended badly: nothing comes after.
         truncated: (n,) ended by the time limit: more would have come.
     """
 
     observations: Float32Array
-    actions: Float32Array
+    actions: ActionArray
     rewards: Float64Array
     next_observations: Float32Array
     terminated: BoolArray
@@ -53,8 +57,12 @@ class Learner(Protocol):
         """How many of the last steps of all drones are in its replay memory; 0 where it has none."""
         ...
 
-    def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
-        """Velocities (n, 3) for observations (n, 111): the best it knows, or with `explore` drawn around it."""
+    def act(self, observations: Float32Array, *, explore: bool) -> ActionArray:
+        """Actions for the observations of n drones: the best it knows, or with `explore` drawn from its policy.
+
+        A learner with a memory of each drone's episode takes the next observations of all its drones. Without
+        `explore` it remembers nothing of them.
+        """
         ...
 
     def observe(self, transition: Transition) -> None:
@@ -62,7 +70,10 @@ class Learner(Protocol):
         ...
 
     def learn(self) -> Statistics:
-        """Make the updates that are due for what was observed so far; nothing where none are due."""
+        """Make the updates that are due for what was observed so far; nothing where none are due.
+
+        An action that was chosen and not yet observed counts for the updates after these.
+        """
         ...
 
     def state(self) -> dict[str, Any]:

@@ -13,12 +13,12 @@ import numpy as np
 
 from agent.environment.flight import Flight
 from agent.environment.reward import front_point
-from agent.learning.learner import Learner
+from agent.learning.learner import ActionArray, Learner
 from protocol.arrays import Float32Array, Float64Array
 from protocol.camera import Vector3
 from protocol.config import MAX_SPEED, EnvironmentConfig
 
-Policy: TypeAlias = Callable[[Float32Array, Sequence[Flight]], Float32Array]
+Policy: TypeAlias = Callable[[Float32Array, Sequence[Flight]], ActionArray]
 """Observations (n, 111) and the n flights that they are of, to velocities (n, 3) in m/s."""
 
 _Pilot: TypeAlias = Callable[[EnvironmentConfig, Flight], Float64Array]

@@ -7,14 +7,13 @@ import copy
 from typing import Any
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 from skrl.agents.torch import Agent
 from skrl.memories.torch import Memory
 from torch import Tensor, nn
 from torch.optim import Optimizer
 
-from protocol.errors import ArtifactDamaged
+from agent.learning.weights import load_weights_into, weights_of
 
 
 def optimizers_state(agent: Agent) -> dict[str, Any]:
@@ -40,12 +39,8 @@ def restore_memory_tensors(memory: Memory, tensors: dict[str, Tensor]) -> None:
 
 
 def network_weights(agent: Agent) -> dict[str, NDArray[Any]]:
-    """The parameters of all networks, copied; `critic_1.net.0.weight` and so on."""
-    return {
-        f"{name}.{parameter}": tensor.detach().cpu().numpy().copy()
-        for name, network in _networks(agent).items()
-        for parameter, tensor in network.state_dict().items()
-    }
+    """The parameters of all networks, copied."""
+    return weights_of(_networks(agent))
 
 
 def load_network_weights(agent: Agent, weights: dict[str, NDArray[Any]]) -> None:
@@ -54,16 +49,7 @@ def load_network_weights(agent: Agent, weights: dict[str, NDArray[Any]]) -> None
     Raises:
         ArtifactDamaged: a parameter is missing, unknown, or has another shape.
     """
-    shapes = {name: array.shape for name, array in weights.items()}
-    expected = {name: array.shape for name, array in network_weights(agent).items()}
-    for name in sorted(shapes | expected):
-        if shapes.get(name) != expected.get(name):
-            found, wanted = shapes.get(name, "none"), expected.get(name, "none")
-            raise ArtifactDamaged(f"the weights don't fit the learner: {name} has the shape {found}, not {wanted}")
-    for name, network in _networks(agent).items():
-        prefix = f"{name}."
-        own = {key: array for key, array in weights.items() if key.startswith(prefix)}
-        network.load_state_dict({key.removeprefix(prefix): torch.tensor(array) for key, array in own.items()})
+    load_weights_into(_networks(agent), weights)
 
 
 def tracked(agent: Agent) -> dict[str, float]:

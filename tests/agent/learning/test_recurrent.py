@@ -5,7 +5,7 @@ import pytest
 from agent.learning.learner import Learner
 from protocol.config import EnvironmentConfig, RunConfig, TrainingConfig
 from tests.agent.checkpointing.comparison import differing
-from tests.agent.learning.recurrent import RecurrentLearner
+from tests.agent.learning.gru_learner import RecurrentLearner
 from tests.agent.trainings import trained
 
 CONFIG = RunConfig(

@@ -1,0 +1,25 @@
+"""Matrix products by oneDNN, where it is faster than torch's own choice.
+
+torch multiplies matrices by MKL, which leaves AVX-512 alone on processors that are not Intel's. oneDNN does not; it is
+reached by the operator that torch's compiler uses for linear layers.
+"""
+
+import torch
+from torch import Tensor
+
+WIDE = 32
+"""Numbers in and out of a layer from which on oneDNN is faster, although a call of it costs more."""
+
+AVAILABLE = torch.backends.mkldnn.is_available() and hasattr(torch.ops.mkldnn, "_linear_pointwise")
+HAS_AVX512 = torch.backends.cpu.get_cpu_capability() == "AVX512"
+"""Without it, oneDNN is no faster than MKL where it has to turn the batch round first, as for weights' gradients."""
+
+
+def suits(weight: Tensor) -> bool:
+    """Whether oneDNN is available and faster for the products of a layer's weight."""
+    return AVAILABLE and min(weight.shape) >= WIDE and weight.dtype == torch.float32
+
+
+def linear(inputs: Tensor, weight: Tensor, bias: Tensor | None = None, then: str = "none") -> Tensor:
+    """`F.linear` and what follows it; the overload is named, since finding it takes part of a call's time."""
+    return torch.ops.mkldnn._linear_pointwise.default(inputs, weight, bias, then, [], "")
