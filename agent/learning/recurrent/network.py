@@ -63,6 +63,7 @@ class RecurrentNetwork(nn.Module):
         self.lstm = nn.LSTM(OBSERVATION_SIZE, config.lstm_hidden_size, config.n_lstm_layers)
         self.hidden = nn.Linear(config.lstm_hidden_size, config.hidden_size)
         self.head = nn.Linear(config.hidden_size, outputs)
+        self._remembers = config.memory
         _initialise(self, head_gain)
         for parameter in self.parameters():
             parameter.grad = torch.zeros_like(parameter)
@@ -72,9 +73,13 @@ class RecurrentNetwork(nn.Module):
         return torch.zeros(2, self.lstm.num_layers, count, self.lstm.hidden_size, dtype=self.head.weight.dtype)
 
     def run(self, observations: Tensor, starts: Tensor, state: Tensor) -> Sequence:
-        """The outputs for observations (t, n, 20) from a state before the first; it is forgotten at `starts` (t, n)."""
+        """The outputs for observations (t, n, 20) from a state before the first; it is forgotten at `starts` (t, n).
+
+        Without memory (`RecurrentPpoConfig.memory`), it is forgotten before each step.
+        """
         inputs = scaled(observations)
-        keep = (~starts).to(inputs.dtype).unsqueeze(2)
+        remembered = ~starts if self._remembers else torch.zeros_like(starts)
+        keep = remembered.to(inputs.dtype).unsqueeze(2)
         layers: list[LstmSequence] = []
         for weights, own in zip(self._layers(), state.unbind(1), strict=True):
             layers.append(run_layer(weights, inputs, keep, own))

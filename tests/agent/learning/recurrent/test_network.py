@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import torch
+from msgspec.structs import replace
 from torch import Tensor
 
 from agent.learning.recurrent.network import RecurrentNetwork, Sequence, scaled
@@ -114,6 +115,15 @@ def test_nothing_is_remembered_over_the_end_of_an_episode() -> None:
     assert torch.equal(before[3:, 1], after[3:, 1])
     others = [0, 2, 3, 4]
     assert torch.equal(before[:, others], after[:, others])
+
+
+def test_without_memory_a_step_depends_on_its_observation_alone() -> None:
+    torch.manual_seed(0)
+    one = RecurrentNetwork(replace(CONFIG, memory=False), 3, head_gain=1.0).double()
+    seen = some_observations()
+    together = run(one, seen, some_starts(), some_state(one)).outputs
+    alone = torch.cat([run(one, rows[None], some_starts()[:1], some_state(one)).outputs for rows in seen])
+    assert torch.equal(together, alone)
 
 
 def test_inputs_are_about_one_in_size_around_zero() -> None:
