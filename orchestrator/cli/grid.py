@@ -15,13 +15,16 @@ from orchestrator.cli.options import (
     JsonOption,
     KeyOption,
     WorkersOption,
+    at_work,
     examples,
     worker_count,
 )
 from orchestrator.hosting.joining import join_of
+from orchestrator.terminal.command_group import FAILED
 from orchestrator.terminal.output import print_json, print_line
 from protocol.config import Profile, RunConfig
 from protocol.config_file import load_config, with_checksums
+from protocol.grid_table import read_stored_table
 
 grid_app = typer.Typer(help="Exploration: where to look, on a grid of views around people.", no_args_is_help=True)
 
@@ -83,3 +86,45 @@ def build(
         print_json(summary)
     else:
         print_line(summary.words)
+
+
+@grid_app.command(
+    "check",
+    epilog=examples(
+        "orchestrator experiment grid check runs/experiments/grid-thesis/grid.msgpack",
+        "orchestrator experiment grid check grid.msgpack --environments 10",
+    ),
+)
+def check(
+    table: Annotated[Path, typer.Argument(metavar="FILE", help="A table.", show_default=False)],
+    environments: Annotated[int, typer.Option(min=1, help="How many to build again.")] = 2,
+    workers: WorkersOption = None,
+    join: JoinOption = None,
+    key: KeyOption = None,
+    allowed: AllowedOption = None,
+    insecure: InsecureOption = False,
+    json: JsonOption = False,
+) -> None:
+    """Build some environments of a table again by its recipe, and compare their bytes; fails if any differs."""
+    require_libraries()
+    from orchestrator.experiments.grid import checking
+    from orchestrator.experiments.grid.observing import GridObserver
+    from orchestrator.experiments.grid.views import OBSERVED_CELLS
+    from orchestrator.experiments.workers import Rate, experiment_workers, with_workers
+
+    stored = read_stored_table(table)
+    told, views = checking.settings_of(stored, table)
+    settings = with_workers(told, worker_count(workers, join))
+    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
+    numbers = checking.spread_over(len(stored.places), environments)
+    with at_work() as (display, stop), experiment_workers(settings, host, display=display, stop=stop) as pools:
+        checking.require_alike(stored.recipe, pools.capabilities())
+        observer = GridObserver(views, settings, pools, Rate(len(numbers) * len(OBSERVED_CELLS)))
+        rebuilt = tuple(checking.compared(stored, numbers, observer.observe(numbers)))
+    result = checking.TableCheck(table=str(table), environments=rebuilt)
+    if json:
+        print_json(result)
+    else:
+        print_line(result.words)
+    if not result.same:
+        raise typer.Exit(FAILED)

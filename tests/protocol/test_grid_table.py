@@ -9,7 +9,6 @@ from protocol.grid_table import (
     LENGTHS,
     QUANTITIES,
     SHARES,
-    StoredGridTable,
     cell_of,
     read_stored_table,
     read_table,
@@ -85,9 +84,8 @@ def test_an_environment_with_a_missing_view_is_not_stored_and_is_named():
         stored_place(train_place(3), TRUTH, made)
 
 
-@pytest.mark.parametrize("names", [QUANTITIES[1:], (*QUANTITIES, "mass")])
-def test_an_environment_with_a_missing_view_is_not_read_and_is_named(path, names):
-    short = stored(place_to_test(2), 1, names[:5])
+def test_an_environment_with_a_missing_view_is_not_read_and_is_named(path):
+    short = stored(place_to_test(2), 1, QUANTITIES[1:])
     rewritten(path, places=(read_stored_table(path).places[0], short))
     with pytest.raises(ArtifactDamaged, match=r"identity 42, pose 2, seed 202 has 32490 numbers, not 38988"):
         read_table(path)
@@ -150,4 +148,3 @@ def test_another_file_is_no_table(tmp_path):
         read_table(tmp_path / "t")
     with pytest.raises(ArtifactDamaged, match="can't be read"):
         read_table(tmp_path / "gone")
-    assert StoredGridTable.__struct_config__.forbid_unknown_fields
