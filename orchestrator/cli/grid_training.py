@@ -21,8 +21,9 @@ from protocol.config import RunConfig
 from protocol.config_file import for_a_run, load_config
 from protocol.errors import InvalidInput
 from protocol.grid_records import GridEvaluation
-from protocol.grid_table import read_table
+from protocol.grid_table import read_stored_table, read_table
 from protocol.grid_tables import table_path
+from protocol.grid_threshold import weighted_uncertainties
 from protocol.text import json_of
 
 grid_training_app = typer.Typer()
@@ -143,6 +144,51 @@ def report(
         print_json(figures)
     else:
         print_line(page(figures))
+
+
+@grid_training_app.command(
+    "animate",
+    epilog=examples(
+        "orchestrator experiment grid animate runs/experiments/grid/quality-seed-0",
+        "orchestrator experiment grid animate runs/monday --episode 12000 --out episode.gif",
+    ),
+)
+def animate(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory that was evaluated.", show_default=False)],
+    episode: Annotated[
+        int | None,
+        typer.Option(min=0, help="Its number in walks.npz.", show_default="one that begins behind the person"),
+    ] = None,
+    length: Annotated[int, typer.Option(min=1, help="Steps of the chosen episode, about.")] = 9,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="A GIF.", show_default="RUN/episode.gif")] = None,
+) -> None:
+    """Draw an episode of a run's evaluation as an animated picture: what the camera saw, and the walk on the map.
+
+    Starts render workers, which draw the scene again by the table's recipe.
+    """
+    require_libraries()
+    from orchestrator.experiments.grid import animation, checking
+    from orchestrator.experiments.grid.observing import GridObserver
+    from orchestrator.experiments.grid.walked import Walked
+    from orchestrator.experiments.workers import Rate, experiment_workers, with_workers
+
+    config = RunDirectory.open(run).verified_config()
+    _require_grid(run, config)
+    path = table_path(config.grid.table)
+    stored, table = read_stored_table(path), read_table(path)
+    told, views = checking.settings_of(stored, path)
+    split = table.of_split("test")
+    weighted, walked = weighted_uncertainties(table)[split], Walked.read(run / "walks.npz")
+    number = animation.telling_episode(walked, weighted, length) if episode is None else episode
+    place, cells = int(walked.place[number]), walked.cells_of(number)
+    drawn = animation.AnimatedEpisode(table.places[split[place]], weighted[place], walked.threshold, cells)
+    settings = with_workers(told, 1)
+    with at_work() as (display, stop), experiment_workers(settings, display=display, stop=stop) as pools:
+        observer = GridObserver(views, settings, pools, Rate(len(cells)))
+        seen = list(observer.pictures(int(split[place]), cells))
+    file = out or run / "episode.gif"
+    animation.animate(file, drawn, seen)
+    print_line(file)
 
 
 def _print(evaluation: GridEvaluation, *, as_json: bool) -> None:

@@ -22,15 +22,17 @@ from orchestrator.experiments.grid.views import (
 from orchestrator.experiments.parts import Parts
 from orchestrator.experiments.qoe import filter_rule
 from orchestrator.experiments.workers import Rate, WorkerPools
-from protocol.arrays import Float64Array
+from protocol.arrays import Float64Array, UInt8Array
 from protocol.config import RunConfig, settled
 from protocol.errors import InvalidInput
 from protocol.grid_table import GridPlace
-from protocol.messages import Observe
+from protocol.messages import Observe, Render
 from protocol.pose_estimate import FilterState, PoseEstimate
 from protocol.scene import Scene
 
 _ACTIVITY = "observing the cells of the grid"
+
+_PICTURES = "taking pictures from the cells of the grid"
 
 _AT_ONCE = 4
 """Environments that are made ready in a row, so that no worker waits; a render worker keeps more scenes than these."""
@@ -82,6 +84,16 @@ class GridObserver:
         """
         for first in range(0, len(numbers), _AT_ONCE):
             yield from self._observe_drawn([self._draw(number) for number in numbers[first : first + _AT_ONCE]])
+
+    def pictures(self, number: int, cells: Sequence[int]) -> Iterator[UInt8Array]:
+        """What the camera sees from cells of an environment, (h, w, 3) each; errors as `observe`."""
+        scene = self._draw(number).scene
+        requests = [
+            Render(scene=scene, camera=camera_in(cell, self._views, scene, self._config.environment)) for cell in cells
+        ]
+        for frame in self._workers.answers(self._workers.renderers, requests, _PICTURES, self._rate):
+            self._rate.advance()
+            yield frame.rgb
 
     def _draw(self, number: int) -> _Drawn:
         subject = subject_of(self._views, number)

@@ -1,5 +1,6 @@
 """Plots of the exploration experiment: learning curves, and walks on the maps."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import msgspec
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
+from matplotlib.image import AxesImage
 from msgspec import Struct
 
 from orchestrator.experiments.grid.results import TrainedRun
@@ -71,12 +73,10 @@ def maps(walked: Walked, table: GridTable) -> Picture:
     places = picture.subplots(2, MAPS // 2, sharex=True, sharey=True).ravel()
     shown = None
     for place, number in zip(places, np.linspace(0, len(chosen) - 1, MAPS).astype(int), strict=True):
-        shown = _map(place, weighted[number], walked.threshold)
-        for path in walked.some_paths(int(number), WALKS_A_MAP):
-            _walk(place, path)
         one = table.places[chosen[number]]
-        ahead = 1.6 * np.array([np.cos(one.yaw), np.sin(one.yaw)])
-        place.annotate("", ahead, (0, 0), arrowprops={"arrowstyle": "->", "color": "white", "lw": 2})
+        shown = draw_map(place, weighted[number], walked.threshold, one.yaw)
+        for path in walked.some_paths(int(number), WALKS_A_MAP):
+            draw_walk(place, path)
         place.set_title(f"identity {one.identity}, pose {one.pose}", fontsize=10)
     if shown is not None:
         picture.colorbar(shown, ax=places.tolist(), label="weighted uncertainty, 0 to 10", shrink=0.8)
@@ -91,7 +91,13 @@ def _curve(place: Axes, own: Sequence[Float64Array], label: str, shade: str) -> 
     place.fill_between(steps, np.nanmin(each, axis=0), np.nanmax(each, axis=0), color=shade, alpha=0.15, lw=0)
 
 
-def _map(place: Axes, weighted: Float64Array, threshold: float):  # noqa: ANN202 (matplotlib's own type is private)
+def draw_map(place: Axes, weighted: Float64Array, threshold: float, yaw: float) -> AxesImage:
+    """Draw the map of an environment from above: where cells succeed, and where the person faces.
+
+    Args:
+        weighted: (361,) weighted uncertainty of each cell.
+        yaw: radians from the x axis.
+    """
     half = SIDE / 2
     shown = place.imshow(
         weighted.reshape(SIDE, SIDE),
@@ -105,13 +111,16 @@ def _map(place: Axes, weighted: Float64Array, threshold: float):  # noqa: ANN202
         row, column = divmod(int(cell), SIDE)
         x, y = column - SIDE // 2, row - SIDE // 2
         place.plot(x + _SQUARE[0], y + _SQUARE[1], color="white", lw=1.2)
+    ahead = (1.6 * math.cos(yaw), 1.6 * math.sin(yaw))
+    place.annotate("", ahead, (0, 0), arrowprops={"arrowstyle": "->", "color": "white", "lw": 2})
     return shown
 
 
 _SQUARE = 0.45 * np.array([[-1, 1, 1, -1, -1], [-1, -1, 1, 1, -1]])
 
 
-def _walk(place: Axes, path: Float64Array) -> None:
+def draw_walk(place: Axes, path: Float64Array) -> None:
+    """Draw a walk (k, 2) in metres from its start, a circle, to its end, a cross."""
     place.plot(path[:, 0], path[:, 1], color="#ff7f0e", lw=1.3)
     place.plot(*path[0], marker="o", ms=4, color="#ff7f0e")
     place.plot(*path[-1], marker="X", ms=6, color="red")

@@ -1,6 +1,7 @@
 """The walks of an evaluation, as the agent wrote them."""
 
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Self
 
@@ -42,5 +43,15 @@ class Walked(Struct, frozen=True, eq=False):
         """Positions (k, 2) in metres along so many walks in an environment, from starts far apart."""
         own = self.path[self.place == place]
         chosen = own[np.linspace(0, len(own) - 1, count).astype(int)]
-        cells = [path[path >= 0].astype(np.float64) for path in chosen]
-        return [np.stack([one % SIDE - SIDE // 2, one // SIDE - SIDE // 2], axis=1) for one in cells]
+        return [positions_of(path[path >= 0].tolist()) for path in chosen]
+
+    def cells_of(self, episode: int) -> tuple[int, ...]:
+        """The cells of an episode, from its start to its end."""
+        path = self.path[episode]
+        return tuple(path[path >= 0].tolist())
+
+
+def positions_of(cells: Sequence[int]) -> Float64Array:
+    """(k, 2) the positions of cells, metres from the person."""
+    numbers = np.asarray(cells, float)
+    return np.stack([numbers % SIDE - SIDE // 2, numbers // SIDE - SIDE // 2], axis=1)
