@@ -1,9 +1,11 @@
 """Log files of the orchestrator and its processes: in a run's directory, or in the cache for work outside a run."""
 
 import logging
+import shutil
 import tempfile
 from collections.abc import Generator
 from contextlib import contextmanager
+from datetime import datetime
 from pathlib import Path
 
 from protocol.artifact import cache_directory, require_place
@@ -37,14 +39,25 @@ def run_log(path: Path) -> Generator[None]:
             raise
 
 
+KEPT = 20
+"""Directories of logs in the cache; older ones are removed."""
+
+
 def log_directory() -> Path:
-    """The directory for logs of processes outside a run: in the cache, or a new one where the cache is read-only."""
+    """A new directory for the logs of a command's processes outside a run: in the cache, unless that is read-only.
+
+    Each command has its own: two at the same time would read each other's warnings.
+    """
     logs = cache_directory() / "logs"
     try:
         require_place(logs / "log")
+        logs.mkdir(parents=True, exist_ok=True)
+        own = Path(tempfile.mkdtemp(prefix=f"{datetime.now():%Y%m%d-%H%M%S}-", dir=logs))
     except OSError:
         return Path(tempfile.mkdtemp(prefix="vantage-logs-"))
-    return logs
+    for old in sorted(path for path in logs.iterdir() if path.is_dir() and path != own)[: -(KEPT - 1)]:
+        shutil.rmtree(old, ignore_errors=True)
+    return own
 
 
 @contextmanager
