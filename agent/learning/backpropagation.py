@@ -81,7 +81,8 @@ class Backpropagation:
 def _layer_of(linear: nn.Linear) -> _Layer:
     weight, bias = linear.weight.detach(), linear.bias.detach()
     linear.weight.grad, linear.bias.grad = torch.zeros_like(weight), torch.zeros_like(bias)
-    return _Layer(weight, bias, weight.t(), linear.weight.grad, linear.bias.grad, onednn.suits(weight))
+    suits_onednn = onednn.takes(weight) and min(weight.shape) >= onednn.WIDE
+    return _Layer(weight, bias, weight.t(), linear.weight.grad, linear.bias.grad, suits_onednn)
 
 
 def _rectified(inputs: Tensor, layer: _Layer) -> Tensor:

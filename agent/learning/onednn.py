@@ -8,16 +8,21 @@ import torch
 from torch import Tensor
 
 WIDE = 32
-"""Numbers in and out of a layer from which on oneDNN is faster, although a call of it costs more."""
+"""Rows, or numbers of a row, from which on oneDNN is faster, although a call of it costs more."""
 
-AVAILABLE = torch.backends.mkldnn.is_available() and hasattr(torch.ops.mkldnn, "_linear_pointwise")
+_AVAILABLE = torch.backends.mkldnn.is_available() and hasattr(torch.ops.mkldnn, "_linear_pointwise")
 HAS_AVX512 = torch.backends.cpu.get_cpu_capability() == "AVX512"
 """Without it, oneDNN is no faster than MKL where it has to turn the batch round first, as for weights' gradients."""
 
 
-def suits(weight: Tensor) -> bool:
-    """Whether oneDNN is available and faster for the products of a layer's weight."""
-    return AVAILABLE and min(weight.shape) >= WIDE and weight.dtype == torch.float32
+def takes(weight: Tensor) -> bool:
+    """Whether oneDNN is there and computes in a weight's precision."""
+    return _AVAILABLE and weight.dtype == torch.float32
+
+
+def packed(weight: Tensor, rows: int) -> Tensor:
+    """A weight in oneDNN's own layout for so many rows; where `linear` gets it many times, that is faster."""
+    return torch.ops.mkldnn._reorder_linear_weight.default(weight, rows)
 
 
 def linear(inputs: Tensor, weight: Tensor, bias: Tensor | None = None, then: str = "none") -> Tensor:

@@ -4,11 +4,17 @@ Episodes end within a sequence, and what follows must not remember them. torch's
 sequence, so each episode would be a sequence of its own, of its own length; that takes several times as long.
 """
 
+from typing import NamedTuple
+
 import torch
 from msgspec import Struct
 from torch import Tensor
 
 from agent.learning import onednn
+
+
+_ONE = torch.ones(())
+"""An operator takes half as long with it as with a number of Python's."""
 
 
 class LstmWeights(Struct, frozen=True, eq=False):
@@ -47,14 +53,32 @@ class LstmSequence(Struct, frozen=True, eq=False):
     squashed: Tensor
     outputs: Tensor
 
+    def unbound(self) -> list["LstmStep"]:
+        """Step by step: views, made all at once since making one takes as long as a small operator."""
+        states = (self.keep, self.hidden_before, self.cells_before, self.cells, self.squashed, self.outputs)
+        unbound = zip(_parts(self.gates), *(tensor.unbind() for tensor in states), strict=True)
+        return [LstmStep(*parts, *others) for parts, *others in unbound]
 
-class LstmGradients(Struct, frozen=True, eq=False):
-    """Of a layer's weights, and of its inputs (t, n, i)."""
 
-    of_inputs: Tensor
-    of_hidden: Tensor
-    bias: Tensor
-    inputs: Tensor
+class LstmStep(NamedTuple):
+    """Views of a step in an `LstmSequence`; `admit` to `expose` are the four quarters of `gates`: i, f, g and o."""
+
+    gates: Tensor
+    admit: Tensor
+    forget: Tensor
+    candidate: Tensor
+    expose: Tensor
+    keep: Tensor
+    hidden_before: Tensor
+    cells_before: Tensor
+    cells: Tensor
+    squashed: Tensor
+    outputs: Tensor
+
+
+def _parts(gates: Tensor) -> list[tuple[Tensor, ...]]:
+    """Of each step: all gates (n, 4 h) of (t, n, 4 h), then the four quarters."""
+    return list(zip(gates.unbind(), *(quarter.unbind() for quarter in gates.chunk(4, dim=2)), strict=True))
 
 
 def run_layer(weights: LstmWeights, inputs: Tensor, keep: Tensor, state: Tensor) -> LstmSequence:
@@ -65,70 +89,91 @@ def run_layer(weights: LstmWeights, inputs: Tensor, keep: Tensor, state: Tensor)
         torch.empty(steps, count, size, dtype=inputs.dtype) for _ in range(5)
     )
     sequence = LstmSequence(inputs, keep, hidden_before, cells_before, gates, cells, squashed, outputs)
+    of_hidden = weights.of_hidden
+    if steps > 1 and _suits_onednn(hidden_before[0], of_hidden):
+        of_hidden = onednn.packed(of_hidden, count)
     hidden, cell = state.unbind()
-    for step in range(steps):
-        torch.mul(hidden, keep[step], out=hidden_before[step])
-        torch.mul(cell, keep[step], out=cells_before[step])
-        gates[step] += product(hidden_before[step], weights.of_hidden)
-        hidden, cell = _take_step(sequence, step)
+    for step in sequence.unbound():
+        torch.mul(hidden, step.keep, out=step.hidden_before)
+        torch.mul(cell, step.keep, out=step.cells_before)
+        step.gates.add_(product(step.hidden_before, of_hidden))
+        hidden, cell = _take(step)
     return sequence
 
 
-def _take_step(sequence: LstmSequence, step: int) -> tuple[Tensor, Tensor]:
-    """Activate a step's gates; the hidden state and cells after it."""
-    gates = sequence.gates[step]
-    size = gates.shape[1] // 4
-    gates[:, : 2 * size].sigmoid_()
-    gates[:, 2 * size : 3 * size].tanh_()
-    gates[:, 3 * size :].sigmoid_()
-    admit, forget, candidate, expose = gates.chunk(4, dim=1)
-    cell = torch.mul(forget, sequence.cells_before[step], out=sequence.cells[step]).addcmul_(admit, candidate)
-    squashed = torch.tanh(cell, out=sequence.squashed[step])
-    return torch.mul(expose, squashed, out=sequence.outputs[step]), cell
+def _take(step: LstmStep) -> tuple[Tensor, Tensor]:
+    """Activate a step's gates; the hidden state and the cells after it."""
+    # tanh x = 2 sigmoid 2x - 1, and torch's sigmoid takes a tenth of the time of its tanh.
+    step.candidate.add_(step.candidate)
+    step.gates.sigmoid_()
+    step.candidate.add_(step.candidate).sub_(_ONE)
+    torch.mul(step.forget, step.cells_before, out=step.cells).addcmul_(step.admit, step.candidate)
+    squashed = torch.add(step.cells, step.cells, out=step.squashed).sigmoid_()
+    squashed.add_(squashed).sub_(_ONE)
+    return torch.mul(step.expose, step.squashed, out=step.outputs), step.cells
 
 
-def backpropagate(weights: LstmWeights, sequence: LstmSequence, gradient: Tensor) -> LstmGradients:
-    """The gradients of a loss, from that by the layer's outputs (t, n, h); none goes back past an episode's start."""
+def gate_gradients(weights: LstmWeights, sequence: LstmSequence, gradient: Tensor) -> Tensor:
+    """(t, n, 4 h) of a loss by the gates before activation, from that by the outputs (t, n, h).
+
+    None goes back past an episode's start.
+    """
     of_gates = torch.empty_like(sequence.gates)
-    of_hidden = torch.zeros_like(sequence.outputs[0])
+    of_hidden = torch.zeros_like(gradient[0])
     of_cell = torch.zeros_like(of_hidden)
-    for step in reversed(range(len(gradient))):
-        of_hidden += gradient[step]
-        _step_back(sequence, step, of_hidden, of_cell, of_gates[step])
-        of_cell *= sequence.keep[step]
-        of_hidden = product(of_gates[step], weights.of_hidden.t()).mul_(sequence.keep[step])
+    transposed = weights.of_hidden.t()
+    for step, of_output, own in zip(
+        reversed(sequence.unbound()), reversed(gradient.unbind()), reversed(_parts(of_gates)), strict=True
+    ):
+        of_hidden += of_output
+        _step_back(step, of_hidden, of_cell, own)
+        of_cell *= step.keep
+        of_hidden = product(own[0], transposed).mul_(step.keep)
+    return of_gates
+
+
+def _step_back(step: LstmStep, of_hidden: Tensor, of_cell: Tensor, of_gates: tuple[Tensor, ...]) -> None:
+    """Set a step's gradients by its gates; `of_cell` becomes that by the cells before it."""
+    _, of_admit, of_forget, of_candidate, of_expose = of_gates
+    sigmoid_back, tanh_back = torch.ops.aten.sigmoid_backward.grad_input, torch.ops.aten.tanh_backward.grad_input
+    of_cell += torch.ops.aten.tanh_backward.default(of_hidden * step.expose, step.squashed)
+    sigmoid_back(of_hidden * step.squashed, step.expose, grad_input=of_expose)
+    sigmoid_back(of_cell * step.candidate, step.admit, grad_input=of_admit)
+    tanh_back(of_cell * step.admit, step.candidate, grad_input=of_candidate)
+    sigmoid_back(of_cell * step.cells_before, step.forget, grad_input=of_forget)
+    of_cell *= step.forget
+
+
+def weight_gradients(sequence: LstmSequence, of_gates: Tensor) -> LstmWeights:
+    """Of a layer's weights, from `gate_gradients`."""
     rows = of_gates.flatten(0, 1)
-    return LstmGradients(
+    return LstmWeights(
         of_inputs=weight_gradient(rows, sequence.inputs.flatten(0, 1)),
         of_hidden=weight_gradient(rows, sequence.hidden_before.flatten(0, 1)),
         bias=rows.sum(0),
-        inputs=product(rows, weights.of_inputs.t()).view_as(sequence.inputs),
     )
 
 
-def _step_back(sequence: LstmSequence, step: int, of_hidden: Tensor, of_cell: Tensor, of_gates: Tensor) -> None:
-    """Set a step's `of_gates` (n, 4 h), before activation; `of_cell` becomes the gradient by the cells before it."""
-    admit, forget, candidate, expose = sequence.gates[step].chunk(4, dim=1)
-    of_admit, of_forget, of_candidate, of_expose = of_gates.chunk(4, dim=1)
-    squashed = sequence.squashed[step]
-    sigmoid_back, tanh_back = torch.ops.aten.sigmoid_backward.grad_input, torch.ops.aten.tanh_backward.grad_input
-    of_cell += torch.ops.aten.tanh_backward(of_hidden * expose, squashed)
-    sigmoid_back(of_hidden * squashed, expose, grad_input=of_expose)
-    sigmoid_back(of_cell * candidate, admit, grad_input=of_admit)
-    tanh_back(of_cell * admit, candidate, grad_input=of_candidate)
-    sigmoid_back(of_cell * sequence.cells_before[step], forget, grad_input=of_forget)
-    of_cell *= forget
+def input_gradient(weights: LstmWeights, of_gates: Tensor) -> Tensor:
+    """(t, n, i) of a layer's inputs, from `gate_gradients`."""
+    rows = product(of_gates.flatten(0, 1), weights.of_inputs.t())
+    return rows.unflatten(0, of_gates.shape[:2])
 
 
 def product(rows: Tensor, weight: Tensor, bias: Tensor | None = None) -> Tensor:
     """(n, o) `rows` (n, i) times `weight` (o, i) transposed, with a bias."""
-    if onednn.suits(weight):
+    if _suits_onednn(rows, weight):
         return onednn.linear(rows, weight, bias)
     return torch.nn.functional.linear(rows, weight, bias)
 
 
 def weight_gradient(gradient: Tensor, inputs: Tensor) -> Tensor:
     """(o, i) of the weight of a product, from the gradient (n, o) of its outputs and its inputs (n, i)."""
-    if onednn.HAS_AVX512 and onednn.suits(gradient) and min(gradient.shape[1], inputs.shape[1]) >= onednn.WIDE:
-        return onednn.linear(gradient.t(), inputs.t())
+    if onednn.HAS_AVX512 and _suits_onednn(inputs, gradient.t()):
+        # This way round, oneDNN copies the inputs, which are fewer.
+        return onednn.linear(inputs.t(), gradient.t()).t()
     return torch.mm(gradient.t(), inputs)
+
+
+def _suits_onednn(rows: Tensor, weight: Tensor) -> bool:
+    return onednn.takes(weight) and min(len(rows), len(weight)) >= onednn.WIDE

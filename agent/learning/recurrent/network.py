@@ -12,13 +12,14 @@ from torch import Tensor, nn
 
 from agent.environment.grid.grid_map import OBSERVATION_SIZE
 from agent.learning.recurrent.lstm import (
-    LstmGradients,
     LstmSequence,
     LstmWeights,
-    backpropagate,
+    gate_gradients,
+    input_gradient,
     product,
     run_layer,
     weight_gradient,
+    weight_gradients,
 )
 from protocol.grid_table import SIDE
 from protocol.learner_config import RecurrentPpoConfig
@@ -81,8 +82,8 @@ class RecurrentNetwork(nn.Module):
         remembered = ~starts if self._remembers else torch.zeros_like(starts)
         keep = remembered.to(inputs.dtype).unsqueeze(2)
         layers: list[LstmSequence] = []
-        for weights, own in zip(self._layers(), state.unbind(1), strict=True):
-            layers.append(run_layer(weights, inputs, keep, own))
+        for number, own in enumerate(state.unbind(1)):
+            layers.append(run_layer(self._layer(number), inputs, keep, own))
             inputs = layers[-1].outputs
         features = product(inputs.flatten(0, 1), self.hidden.weight, self.hidden.bias).tanh_()
         outputs = product(features, self.head.weight, self.head.bias)
@@ -96,23 +97,21 @@ class RecurrentNetwork(nn.Module):
         rows = torch.ops.aten.tanh_backward(product(rows, self.head.weight.t()), features)
         _set_gradients(self.hidden, rows, sequence.layers[-1].outputs.flatten(0, 1))
         gradient = product(rows, self.hidden.weight.t()).view_as(sequence.layers[-1].outputs)
-        numbered = list(enumerate(zip(self._layers(), sequence.layers, strict=True)))
-        for number, (weights, layer) in reversed(numbered):
-            gradients = backpropagate(weights, layer, gradient)
-            self._set_layer_gradients(number, gradients)
-            gradient = gradients.inputs
+        for number, layer in reversed(list(enumerate(sequence.layers))):
+            weights = self._layer(number)
+            of_gates = gate_gradients(weights, layer, gradient)
+            self._set_layer_gradients(number, weight_gradients(layer, of_gates))
+            if number > 0:
+                gradient = input_gradient(weights, of_gates)
 
-    def _layers(self) -> list[LstmWeights]:
-        return [
-            LstmWeights(
-                of_inputs=self._parameter("weight_ih", number),
-                of_hidden=self._parameter("weight_hh", number),
-                bias=self._parameter("bias_ih", number) + self._parameter("bias_hh", number),
-            )
-            for number in range(self.lstm.num_layers)
-        ]
+    def _layer(self, number: int) -> LstmWeights:
+        return LstmWeights(
+            of_inputs=self._parameter("weight_ih", number),
+            of_hidden=self._parameter("weight_hh", number),
+            bias=self._parameter("bias_ih", number) + self._parameter("bias_hh", number),
+        )
 
-    def _set_layer_gradients(self, number: int, gradients: LstmGradients) -> None:
+    def _set_layer_gradients(self, number: int, gradients: LstmWeights) -> None:
         _grad(self._parameter("weight_ih", number)).copy_(gradients.of_inputs)
         _grad(self._parameter("weight_hh", number)).copy_(gradients.of_hidden)
         _grad(self._parameter("bias_ih", number)).copy_(gradients.bias)
