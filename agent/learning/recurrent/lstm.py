@@ -12,7 +12,6 @@ from torch import Tensor
 
 from agent.learning import onednn
 
-
 _ONE = torch.ones(())
 """An operator takes half as long with it as with a number of Python's."""
 
