@@ -1,10 +1,12 @@
 """The file that ships, made from all views of a grid."""
 
+import tomllib
 from collections.abc import Mapping, Sequence
 
 import msgspec
 import numpy as np
 import pyarrow.parquet as pq
+import tomli_w
 
 from orchestrator.experiments.grid.columns import environment_in
 from orchestrator.experiments.grid.directory import GridDirectory
@@ -22,6 +24,8 @@ from protocol.grid_table import (
     write_table,
 )
 
+_SECTIONS = {"profile", "render", "perception", "environment", "artifacts"}
+
 CERTAINTIES: Mapping[Profile, Certainty] = {"thesis": "quality", "vantage": "metres"}
 
 
@@ -38,9 +42,7 @@ def store(directory: GridDirectory) -> None:
     views = pq.ParquetFile(directory.all_views_path)
     environments = [environment_in(views.read_row_group(number)) for number in range(views.num_row_groups)]
     require_splits_apart([place for place, _, _ in environments])
-    told: list[Quantity] = [
-        name for name in QUANTITIES if any(np.isfinite(values[name]).any() for _, _, values in environments)
-    ]
+    told: list[Quantity] = [name for name in QUANTITIES if any(_tells(values[name]) for _, _, values in environments)]
     recipe = _recipe(directory.config().profile, views.schema_arrow.metadata)
     if recipe.certainty == "metres" and "expected_error" not in told:
         raise InvalidInput(
@@ -59,10 +61,19 @@ def _recipe(profile: Profile, metadata: Mapping[bytes, bytes]) -> GridRecipe:
     return GridRecipe(
         certainty=CERTAINTIES[profile],
         version=told["version"],
-        config=told["config"],
+        config=_of_views(told["config"]),
         views=told["views"],
         perception=msgspec.json.decode(told["perception"], type=dict[str, str]),
     )
+
+
+def _of_views(config: str) -> str:
+    """The sections of a configuration that views depend on: a recipe outlives the settings of learners."""
+    return tomli_w.dumps({name: value for name, value in tomllib.loads(config).items() if name in _SECTIONS})
+
+
+def _tells(values: Float32Array) -> bool:
+    return bool(np.isfinite(values).any())
 
 
 def _told(values: Mapping[Quantity, Float32Array], names: Sequence[Quantity]) -> dict[Quantity, Float32Array]:
