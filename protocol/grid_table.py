@@ -70,6 +70,7 @@ class GridRecipe(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         config: the configuration of the workers, in TOML.
         views: the settings of the views, in JSON.
         perception: the capabilities of the perception workers.
+        packages: the versions of the libraries.
     """
 
     certainty: Certainty
@@ -77,6 +78,7 @@ class GridRecipe(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     config: str
     views: str
     perception: dict[str, str]
+    packages: dict[str, str] = {}
 
 
 class GridPlace(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -20,6 +20,8 @@ from orchestrator.cli.options import (
     worker_count,
 )
 from orchestrator.hosting.joining import join_of
+from orchestrator.run.versions import collect_versions
+from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 from orchestrator.terminal.command_group import FAILED
 from orchestrator.terminal.output import print_json, print_line
 from protocol.config import Profile, RunConfig
@@ -121,7 +123,8 @@ def check(
         checking.require_alike(stored.recipe, pools.capabilities())
         observer = GridObserver(views, settings, pools, Rate(len(numbers) * len(OBSERVED_CELLS)))
         rebuilt = tuple(checking.compared(stored, numbers, observer.observe(numbers)))
-    result = checking.TableCheck(table=str(table), environments=rebuilt)
+    packages = checking.differences(stored.recipe.packages, collect_versions(PROCESS_ENVIRONMENT).packages)
+    result = checking.TableCheck(table=str(table), environments=rebuilt, packages=packages)
     if json:
         print_json(result)
     else:

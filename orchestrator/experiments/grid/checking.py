@@ -52,10 +52,15 @@ class RebuiltEnvironment(Struct, frozen=True, kw_only=True):
 
 
 class TableCheck(Struct, frozen=True, kw_only=True):
-    """A table, and the environments of it that were built again."""
+    """A table, and the environments of it that were built again.
+
+    Attributes:
+        packages: the libraries that have another version now than when the table was built.
+    """
 
     table: str
     environments: tuple[RebuiltEnvironment, ...]
+    packages: tuple[str, ...]
 
     @property
     def same(self) -> bool:
@@ -65,7 +70,10 @@ class TableCheck(Struct, frozen=True, kw_only=True):
     @property
     def words(self) -> str:
         """The check for people."""
-        return "\n".join(one.words for one in self.environments)
+        found = [one.words for one in self.environments]
+        if self.packages and not self.same:
+            found.append(f"other versions now than when the table was built: {', '.join(self.packages)}")
+        return "\n".join(found)
 
 
 def settings_of(table: StoredGridTable, path: Path) -> tuple[RunConfig, GridViews]:
@@ -94,11 +102,14 @@ def settings_of(table: StoredGridTable, path: Path) -> tuple[RunConfig, GridView
 
 def require_alike(recipe: GridRecipe, capabilities: Mapping[str, str]) -> None:
     """Raise `InvalidInput` if the perception workers are others than a recipe's."""
-    names = recipe.perception.keys() | capabilities.keys()
-    differing = sorted(name for name in names if recipe.perception.get(name) != capabilities.get(name))
-    if differing:
-        words = ", ".join(f"{name} ({recipe.perception.get(name)}, now {capabilities.get(name)})" for name in differing)
-        raise InvalidInput(f"the perception workers differ from those of the table in {words}")
+    if differing := differences(recipe.perception, capabilities):
+        raise InvalidInput(f"the perception workers differ from those of the table in {', '.join(differing)}")
+
+
+def differences(then: Mapping[str, str], now: Mapping[str, str]) -> tuple[str, ...]:
+    """The names that had another value then, with both values."""
+    names = sorted(then.keys() | now.keys())
+    return tuple(f"{name} ({then.get(name)}, now {now.get(name)})" for name in names if then.get(name) != now.get(name))
 
 
 def spread_over(count: int, wanted: int) -> tuple[int, ...]:

@@ -55,15 +55,19 @@ def store(directory: GridDirectory) -> None:
 
 
 def _recipe(profile: Profile, metadata: Mapping[bytes, bytes]) -> GridRecipe:
-    told = {
-        name: metadata[f"vantage.{name}".encode()].decode() for name in ("version", "config", "views", "perception")
-    }
+    def text(name: str) -> str:
+        return metadata[f"vantage.{name}".encode()].decode()
+
+    def names(name: str) -> dict[str, str]:
+        return msgspec.json.decode(text(name), type=dict[str, str])
+
     return GridRecipe(
         certainty=CERTAINTIES[profile],
-        version=told["version"],
-        config=_of_views(told["config"]),
-        views=told["views"],
-        perception=msgspec.json.decode(told["perception"], type=dict[str, str]),
+        version=text("version"),
+        config=_of_views(text("config")),
+        views=text("views"),
+        perception=names("perception"),
+        packages=names("packages"),
     )
 
 

@@ -27,7 +27,10 @@ def test_what_can_not_be_spoken_with_is_told_before_a_run_is_made(invoke, tmp_pa
     assert not (tmp_path / "runs").exists()
 
 
-@pytest.mark.parametrize("command", [("experiment", "qoe"), ("experiment", "flights", "e"), ("lifter", "fit")])
+@pytest.mark.parametrize(
+    "command",
+    [("experiment", "qoe"), ("experiment", "flights", "e"), ("experiment", "grid", "build"), ("lifter", "fit")],
+)
 def test_a_number_of_workers_has_no_meaning_where_a_host_s_are_joined(invoke, tmp_path, command):
     if "flights" in command:
         ExperimentDirectory.open_for(tmp_path / "e", RunConfig(), ViewSet(frames=1))
@@ -82,6 +85,8 @@ def test_wrong_arguments_exit_with_2_before_anything_starts(invoke, tmp_path, ar
         ("calibration", "fit"),
         ("calibration", "show"),
         ("experiment", "qoe"),
+        ("experiment", "grid", "build"),
+        ("experiment", "grid", "check"),
     ],
 )
 def test_every_command_has_help_with_examples(invoke, command):

@@ -7,7 +7,7 @@ import numpy as np
 from protocol.grid_table import CELLS, SIDE, GridPlace, GridRecipe, GridTable, stored_place, write_table
 from protocol.skeleton import JOINT_COUNT
 
-RECIPE = GridRecipe(certainty="quality", version="test", config="", views="{}", perception={})
+RECIPE = GridRecipe(certainty="quality", version="test", config="", views="{}", perception={}, packages={})
 
 
 def table(train: int = 4, test: int = 2, seed: int = 0) -> GridTable:

@@ -2,7 +2,15 @@ import msgspec
 import pytest
 from msgspec.structs import replace
 
-from orchestrator.experiments.grid.checking import compared, require_alike, settings_of, spread_over
+from orchestrator.experiments.grid.checking import (
+    RebuiltEnvironment,
+    TableCheck,
+    compared,
+    differences,
+    require_alike,
+    settings_of,
+    spread_over,
+)
 from orchestrator.experiments.grid.observing import GridObserver
 from orchestrator.experiments.grid.views import GridViews
 from orchestrator.experiments.views_directory import what_counts
@@ -87,6 +95,16 @@ def test_workers_that_see_otherwise_are_refused_by_what_differs(shipped):
     require_alike(shipped.recipe, {"lifting": "mean", "look": "whole"})
     with pytest.raises(InvalidInput, match=r"lifting \(mean, now median\), mask \(None, now none\)"):
         require_alike(shipped.recipe, {"lifting": "median", "look": "whole", "mask": "none"})
+
+
+def test_libraries_of_other_versions_are_named_where_numbers_differ():
+    place = rebuilt((0,))[0].place
+    differing = RebuiltEnvironment(number=0, place=place, same=False, differing=3)
+    packages = differences({"numpy": "2.0", "openvino": "2026.0"}, {"numpy": "2.0", "openvino": "2026.1"})
+    assert packages == ("openvino (2026.0, now 2026.1)",)
+    check = TableCheck(table="t", environments=(differing,), packages=packages)
+    assert (check.same, "openvino (2026.0, now 2026.1)" in check.words) == (False, True)
+    assert "openvino" not in replace(check, environments=(replace(differing, same=True),)).words
 
 
 @pytest.mark.parametrize(("count", "wanted", "numbers"), [(120, 2, (0, 119)), (120, 3, (0, 60, 119)), (2, 9, (0, 1))])

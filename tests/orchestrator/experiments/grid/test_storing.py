@@ -49,6 +49,7 @@ def test_a_table_has_what_was_observed(tmp_path, versions):
     assert table.recipe.certainty == "metres"
     assert msgspec.json.decode(table.recipe.views, type=GridViews) == VIEWS
     assert 'profile = "vantage"' in table.recipe.config
+    assert table.recipe.packages == {"numpy": "2.0"}
 
 
 def test_a_table_in_metres_is_as_uncertain_as_the_expected_errors(tmp_path, versions):
