@@ -25,7 +25,7 @@ from agent.logbook import Clocks
 from agent.telemetry import agent_telemetry
 from protocol.artifact import checksum_if_there
 from protocol.config import RunConfig
-from protocol.config_file import load_run_config
+from protocol.config_file import load_run_config, require_recorded_files
 from protocol.errors import CallFailed, InvalidInput
 from protocol.failpoint import Failpoint, no_failpoint
 from protocol.messages import Role
@@ -52,7 +52,7 @@ def train_run(
         ResumeRefused, RunInUse: see `agent.errors`; nothing was changed.
         DeadlineExceeded, CallFailed: the workers are gone; the flown steps are kept.
     """
-    config = load_run_config(run)
+    config = _config_of(run)
     learner = make_learner(config.learner, config.grid if config.is_grid else config.environment, seed=config.seed)
     with stop_on_signals(ENDING, once=True) as stop, Connections(config, workers, stop.ask) as connections:
         env = _environment(config, connections)
@@ -89,7 +89,7 @@ def evaluate_run(
             is walked.
         ArtifactMissing, ArtifactDamaged: there are no weights, or they don't fit the configuration.
     """
-    config = load_run_config(run)
+    config = _config_of(run)
     weights = checksum_if_there(run / FILE_NAME)
     job = (_grid_job if config.is_grid else _flights)(run, config, episodes, names or config.policies)
     about = _about("evaluation", config, workers)
@@ -146,6 +146,13 @@ def _written(run: Path, evaluated: Evaluation | EvaluatedOnGrid, weights: str | 
     evaluation = replace(evaluated, weights=weights, by=incarnation)
     write_record(run / "evaluation.json", evaluation)
     return evaluation
+
+
+def _config_of(run: Path) -> RunConfig:
+    """The run's configuration; errors as `load_run_config`, and `OtherArtifact` where its grid table has changed."""
+    config = load_run_config(run)
+    require_recorded_files(config, "grid.")
+    return config
 
 
 def _environment(config: RunConfig, connections: Connections) -> VectorHover | VectorGrid:

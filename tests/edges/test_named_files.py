@@ -11,6 +11,7 @@ import pytest
 import tomli_w
 from msgspec.structs import replace
 
+from agent.__main__ import main as run_agent
 from agent.checkpointing.resume_fingerprint import fingerprint, require_same
 from agent.errors import OtherConfig
 from orchestrator.experiments.directory import ExperimentDirectory
@@ -120,12 +121,16 @@ class TestEveryFile:
         with pytest.raises(OtherArtifact, match=name):
             ExperimentDirectory.open_for(tmp_path / "experiment", with_checksums(load_config(path)), views)
 
-    def test_is_held_against_its_record_by_the_worker_that_reads_it(self, folder, tmp_path, name, capfd):
+    def test_is_held_against_its_record_by_the_process_that_reads_it(self, folder, tmp_path, name, capfd):
         run = make_run(for_a_run(load_config(write_config(folder, name))), tmp_path / "run")
         (folder / FILE).write_bytes(b"another one")
-        serve = {"render": serve_rendering, "perception": serve_perception}[name.partition(".")[0]]
+        section = name.partition(".")[0]
         options = ["--bind", f"ipc://{tmp_path}/s", "--config", str(run.config_path), "--orchestrator", "ipc:///none"]
-        assert serve(options) == ExitCode.HOPELESS
+        if section == "grid":
+            ended = run_agent(["train", "--run", str(run.path), "--orchestrator", "ipc:///none"])
+        else:
+            ended = {"render": serve_rendering, "perception": serve_perception}[section](options)
+        assert ended == ExitCode.HOPELESS
         assert "is another one" in capfd.readouterr().err
 
 
