@@ -9,6 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from orchestrator.experiments.grid.observed import ObservedEnvironment
+from orchestrator.experiments.grid.storing import of_names
 from orchestrator.experiments.grid.views import GridViews
 from protocol.config import PerceptionConfig, RunConfig
 from protocol.config_file import recorded_config
@@ -117,7 +118,7 @@ def compared(
         numbers: which environments of the table, in the order of `rebuilt`.
     """
     for number, again in zip(numbers, rebuilt, strict=True):
-        told = {name: again.quantities[name] for name in table.quantities}
+        told = of_names(table.quantities, again.quantities)
         yield _compared(number, table.places[number], stored_place(again.place, again.truth, told))
 
 

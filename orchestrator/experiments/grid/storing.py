@@ -1,6 +1,6 @@
 """The file that ships, made from all views of a grid."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import msgspec
 import numpy as np
@@ -8,10 +8,19 @@ import pyarrow.parquet as pq
 
 from orchestrator.experiments.grid.columns import environment_in
 from orchestrator.experiments.grid.directory import GridDirectory
+from protocol.arrays import Float32Array
 from protocol.artifact import whole_file
 from protocol.config import Profile
 from protocol.errors import InvalidInput
-from protocol.grid_table import QUANTITIES, Certainty, GridRecipe, require_splits_apart, stored_place, write_table
+from protocol.grid_table import (
+    QUANTITIES,
+    Certainty,
+    GridRecipe,
+    Quantity,
+    require_splits_apart,
+    stored_place,
+    write_table,
+)
 
 CERTAINTIES: Mapping[Profile, Certainty] = {"thesis": "quality", "vantage": "metres"}
 
@@ -29,18 +38,23 @@ def store(directory: GridDirectory) -> None:
     views = pq.ParquetFile(directory.all_views_path)
     environments = [environment_in(views.read_row_group(number)) for number in range(views.num_row_groups)]
     require_splits_apart([place for place, _, _ in environments])
-    told = [name for name in QUANTITIES if any(np.isfinite(values[name]).any() for _, _, values in environments)]
+    told: tuple[Quantity, ...] = tuple(
+        name for name in QUANTITIES if any(np.isfinite(values[name]).any() for _, _, values in environments)
+    )
     recipe = _recipe(directory.config().profile, views.schema_arrow.metadata)
     if recipe.certainty == "metres" and "expected_error" not in told:
         raise InvalidInput(
             f"{directory.all_views_path} has no expected errors, since its workers are neither calibrated nor have a "
             "learned lifter; a table of the profile vantage needs them"
         )
-    places = [
-        stored_place(place, truth, {name: values[name] for name in told}) for place, truth, values in environments
-    ]
+    places = [stored_place(place, truth, of_names(told, values)) for place, truth, values in environments]
     with whole_file(directory.table_path) as aside:
         write_table(aside, recipe, told, places)
+
+
+def of_names(names: Sequence[Quantity], quantities: Mapping[Quantity, Float32Array]) -> dict[Quantity, Float32Array]:
+    """The quantities of these names."""
+    return {name: quantities[name] for name in names}
 
 
 def _recipe(profile: Profile, metadata: Mapping[bytes, bytes]) -> GridRecipe:
