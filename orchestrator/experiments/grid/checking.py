@@ -9,20 +9,12 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from orchestrator.experiments.grid.observed import ObservedEnvironment
+from orchestrator.experiments.grid.storing import of_names
 from orchestrator.experiments.grid.views import GridViews
-from protocol.arrays import Float32Array
 from protocol.config import PerceptionConfig, RunConfig
 from protocol.config_file import recorded_config
 from protocol.errors import InvalidInput
-from protocol.grid_table import (
-    GridPlace,
-    GridRecipe,
-    Quantity,
-    StoredGridTable,
-    StoredPlace,
-    stored_numbers,
-    stored_place,
-)
+from protocol.grid_table import GridPlace, GridRecipe, StoredGridTable, StoredPlace, stored_numbers, stored_place
 from protocol.named_files import is_checksum, path_settings
 from protocol.text import UNDECODABLE
 
@@ -126,7 +118,7 @@ def compared(
         numbers: which environments of the table, in the order of `rebuilt`.
     """
     for number, again in zip(numbers, rebuilt, strict=True):
-        told: dict[Quantity, Float32Array] = {name: again.quantities[name] for name in table.quantities}
+        told = of_names(table.quantities, again.quantities)
         yield _compared(number, table.places[number], stored_place(again.place, again.truth, told))
 
 

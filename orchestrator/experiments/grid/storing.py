@@ -42,16 +42,23 @@ def store(directory: GridDirectory) -> None:
     views = pq.ParquetFile(directory.all_views_path)
     environments = [environment_in(views.read_row_group(number)) for number in range(views.num_row_groups)]
     require_splits_apart([place for place, _, _ in environments])
-    told: list[Quantity] = [name for name in QUANTITIES if any(_tells(values[name]) for _, _, values in environments)]
+    told: tuple[Quantity, ...] = tuple(
+        name for name in QUANTITIES if any(np.isfinite(values[name]).any() for _, _, values in environments)
+    )
     recipe = _recipe(directory.config().profile, views.schema_arrow.metadata)
     if recipe.certainty == "metres" and "expected_error" not in told:
         raise InvalidInput(
             f"{directory.all_views_path} has no expected errors, since its workers are neither calibrated nor have a "
             "learned lifter; a table of the profile vantage needs them"
         )
-    places = [stored_place(place, truth, _told(values, told)) for place, truth, values in environments]
+    places = [stored_place(place, truth, of_names(told, values)) for place, truth, values in environments]
     with whole_file(directory.table_path) as aside:
         write_table(aside, recipe, told, places)
+
+
+def of_names(names: Sequence[Quantity], quantities: Mapping[Quantity, Float32Array]) -> dict[Quantity, Float32Array]:
+    """The quantities of these names."""
+    return {name: quantities[name] for name in names}
 
 
 def _recipe(profile: Profile, metadata: Mapping[bytes, bytes]) -> GridRecipe:
@@ -74,11 +81,3 @@ def _recipe(profile: Profile, metadata: Mapping[bytes, bytes]) -> GridRecipe:
 def _of_views(config: str) -> str:
     """The sections of a configuration that views depend on: a recipe outlives the settings of learners."""
     return tomli_w.dumps({name: value for name, value in tomllib.loads(config).items() if name in _SECTIONS})
-
-
-def _tells(values: Float32Array) -> bool:
-    return bool(np.isfinite(values).any())
-
-
-def _told(values: Mapping[Quantity, Float32Array], names: Sequence[Quantity]) -> dict[Quantity, Float32Array]:
-    return {name: values[name] for name in names}
