@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+import torch
 from msgspec import Struct
 from numpy.typing import NDArray
 
@@ -115,19 +116,28 @@ class RunOnGrid(Struct, frozen=True, eq=False, kw_only=True):
 
 
 class TrainedWalk:
-    """A learned policy's best moves."""
+    """A learned policy's moves: its most probable ones, or moves drawn from it.
 
-    def __init__(self, policy: RecurrentPolicy, grid_map: GridMap) -> None:
+    Args:
+        seed: of the draws; None for the most probable moves.
+    """
+
+    def __init__(self, policy: RecurrentPolicy, grid_map: GridMap, seed: int | None = None) -> None:
         self._policy = policy
         self._map = grid_map
+        self._seed = seed
+        self._generator = torch.Generator()
 
     def begin(self, walks: Walks) -> None:
-        """Forget all episodes."""
+        """Forget all episodes, and draw anew."""
         self._policy.start(len(walks.cell))
+        if self._seed is not None:
+            self._generator.manual_seed(self._seed)
 
     def act(self, walks: Walks) -> NDArray[np.intp]:
-        """(n,) the most probable moves."""
-        return self._policy.act(walks.observations(self._map), explore=False).astype(np.intp)
+        """(n,)."""
+        explore, seen = self._seed is not None, walks.observations(self._map)
+        return self._policy.act(seen, explore=explore, generator=self._generator).astype(np.intp)
 
     def keep(self, drones: NDArray[np.intp]) -> None:
         """Remember these alone."""
