@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Protocol
+from typing import Literal, Protocol
 
 from msgspec import Struct
 from rich.console import Console, Group, RenderableType
@@ -32,11 +32,12 @@ STATE_STYLES = {
 
 
 class FrameCount(Struct, frozen=True, kw_only=True):
-    """The progress of an experiment, in frames."""
+    """The progress of an experiment, in frames or in steps of trainings."""
 
     step: int
     steps: int
     steps_per_second: float
+    unit: Literal["frames", "steps"] = "frames"
 
 
 class Snapshot(Struct, frozen=True, kw_only=True):
@@ -143,8 +144,8 @@ def snapshot_view(snapshot: Snapshot) -> RenderableType:
 def figures(progress: Progress | FrameCount) -> Iterator[str]:
     """The figures of a progress, each in a few words."""
     if isinstance(progress, FrameCount):
-        yield f"{progress.step}/{progress.steps} frames"
-        yield f"{progress.steps_per_second:.1f} frames/s"
+        yield f"{progress.step}/{progress.steps} {progress.unit}"
+        yield f"{progress.steps_per_second:.1f} {progress.unit}/s"
         return
     yield f"{progress.phase} {progress.step}/{progress.steps}"
     yield f"{progress.steps_per_second:.1f} steps/s"

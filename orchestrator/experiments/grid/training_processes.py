@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import psutil
+from msgspec.structs import replace
 
 from orchestrator.errors import ProcessFailed
 from orchestrator.experiments.grid.variants import GridTraining
@@ -90,7 +91,9 @@ class TrainingProcesses:
         rate.reach(done)
         finished = sum(_run_of(training).is_finished() for training in trainings)
         activity = f"training {', '.join(self._running) or 'nothing'} ({finished} of {len(trainings)} done)"
-        self._display.show(Snapshot(activity=activity, elapsed=self._clock() - self._began, progress=rate.count))
+        self._display.show(
+            Snapshot(activity=activity, elapsed=self._clock() - self._began, progress=replace(rate.count, unit="steps"))
+        )
 
     def _end(self) -> None:
         """Ask all that run to stop, and wait until they have."""
