@@ -13,7 +13,8 @@ def shortest_paths(success: BoolArray) -> Float64Array:
     """The number of moves from each cell to any successful one, by breadth-first search.
 
     A move leads to one of the eight cells around that is on the grid and is not the centre. There is at least one move,
-    since success is checked after each: from a successful cell it leads to a successful neighbour, or away and back.
+    since success is checked after each: from a successful cell it leads to a successful neighbour, or away and back, or
+    at the border against it, where the drone stays.
 
     Args:
         success: (n, 361) whether an episode succeeds in a cell; the centre does not count.
@@ -31,8 +32,15 @@ def shortest_paths(success: BoolArray) -> Float64Array:
         frontier = _beside(frontier) & open_cells & ~reached
         reached = reached | frontier
         moves[frontier] = count
-    again = np.where(_beside(success & open_cells), 1.0, 2.0)
+    again = np.where(_beside(success & open_cells) | _at_border(), 1.0, 2.0)
     return np.where(success & open_cells, again, moves)
+
+
+def _at_border() -> BoolArray:
+    """(361,) the cells from which a move over the border leads back to themselves."""
+    border = np.ones((SIDE, SIDE), bool)
+    border[1:-1, 1:-1] = False
+    return border.ravel()
 
 
 def _beside(cells: BoolArray) -> BoolArray:

@@ -34,7 +34,6 @@ def test_the_way_across_leads_around_the_person_and_is_no_longer_where_diagonals
 def test_from_a_success_the_next_success_is_looked_for_or_it_is_left_and_entered_again():
     assert moves((3, 3), (3, 3)) == 2
     assert moves((3, 3), (3, 3), (4, 3)) == 1
-    assert moves((-9, 9), (-9, 9)) == 2
 
 
 def test_the_nearest_of_some_successes_counts():
@@ -68,11 +67,17 @@ def plain_search(success: np.ndarray, start: int) -> float:
         y, x = divmod(cell, SIDE)
         for row in (y - 1, y, y + 1):
             for column in (x - 1, x, x + 1):
-                beside = column + SIDE * row
-                if not (0 <= row < SIDE and 0 <= column < SIDE) or beside in (cell, CENTRE) or beside in seen:
+                beside = min(max(column, 0), SIDE - 1) + SIDE * min(max(row, 0), SIDE - 1)
+                if (row, column) == (y, x) or beside == CENTRE or beside in seen:
                     continue
                 if success[beside]:
                     return count + 1
                 seen.add(beside)
                 queue.append((beside, count + 1))
     return np.inf
+
+
+def test_at_the_border_a_successful_start_may_stay():
+    assert moves((9, 2), (9, 2)) == 1
+    assert moves((-9, 9), (-9, 9)) == 1
+    assert moves((8, 2), (8, 2)) == 2
