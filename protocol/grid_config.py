@@ -24,7 +24,7 @@ class GridConfig(Section, frozen=True):
         num_envs: number of drones, each with its own episodes.
         episode_steps: after which an episode is truncated.
         reward: the thesis's three: +1 and -1 at success and crash (`binary`); as well -0.1 for each other step
-            (`path_length`); or +10 and -10, and for each other step minus a tenth of the weighted uncertainty
+            (`path_length`); or +10 and -10, and for each other step minus a hundredth of the weighted uncertainty
             (`quality`).
         observation: position and the quality of each joint, or with `position` zeros in place of the quality.
         success_threshold: weighted uncertainty (0 to 10) below which an episode succeeds; left out, it is the table's:

@@ -2,8 +2,9 @@
 
 A step that ends in the person's cell is a crash, one that ends where the weighted uncertainty is below the threshold a
 success. What the thesis leaves open is decided so: success is checked after a step, so an episode that begins in such a
-cell takes one step or more; of the third reward, the thesis's "QoE value" is minus a tenth of the weighted uncertainty,
-since a positive one would reward drones that do not succeed.
+cell takes one step or more; of the third reward, the thesis's "QoE value" is minus a hundredth of the weighted
+uncertainty: a positive value would reward drones that do not succeed, and with a larger one a crash would cost less
+than a walk in an environment where no cell succeeds.
 """
 
 from typing import Any, Self
@@ -14,7 +15,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from agent.environment.grid.cells import DESTINATIONS, POSITIONS
-from agent.environment.grid.grid_map import MOST_UNCERTAIN, GridMap
+from agent.environment.grid.grid_map import GridMap
 from agent.environment.grid.starts import starts
 from protocol.arrays import BoolArray, Float32Array, Float64Array
 from protocol.grid_config import GridReward
@@ -151,4 +152,4 @@ def _rewards(reward: GridReward, uncertainty: Float32Array, succeeded: BoolArray
         return ends
     if reward == "path_length":
         return ends - 0.1 * goes_on
-    return MOST_UNCERTAIN * ends - goes_on * uncertainty.astype(np.float64) / MOST_UNCERTAIN
+    return 10.0 * ends - goes_on * uncertainty.astype(np.float64) / 100.0
