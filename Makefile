@@ -6,6 +6,9 @@ INSTALLED := $(VENV)/installed
 EXTRAS := render,perception,agent,orchestrator,experiments,bake,fitting,lifter,dev
 CONFIG ?= configs/quickstart.toml
 
+# Tests start hundreds of processes; without bytecode each would compile all of our modules, and pytest all tests anew.
+export PYTHONDONTWRITEBYTECODE :=
+
 .DEFAULT_GOAL := help
 .PHONY: help setup train test test-docker check check-aarch64 check-code check-tests benchmark doctor clean
 
