@@ -1,7 +1,8 @@
 """One layer of an LSTM over time, forwards and back, written out. Source: torch's `nn.LSTM`, whose numbers it gives.
 
 Episodes end within a sequence, and what follows must not remember them. torch's own LSTM can't forget within a
-sequence, so each episode would be a sequence of its own, of its own length; that takes several times as long.
+sequence, so each episode would be a sequence of its own, packed with the others or filled up to the longest. See
+docs/decisions/0309-our-own-recurrent-ppo.md.
 """
 
 from typing import NamedTuple
