@@ -38,14 +38,14 @@ def test_a_training_needs_no_workers_and_ends_with_its_evaluation(orchestrator, 
 
 
 def test_a_killed_agent_goes_on(orchestrator, config, wait_until):
-    config.write_text(config.read_text().replace("steps = 800", "steps = 16000"))
+    config.write_text(config.read_text().replace("steps = 800", "steps = 4000"))
     child = orchestrator.start("train", "grid.toml", "--run", "grid", "--no-evaluate", rooms=None)
     run = RunDirectory(orchestrator.folder / "grid")
     wait_until(lambda: (progress := run.progress()) is not None and progress.step > 0)
     os.kill(next(process.pid for process in run.processes() if process.name == "agent"), signal.SIGKILL)
     _, errors = child.communicate(timeout=PATIENCE)
     assert child.returncode == 0, errors
-    assert run.summary().steps == 16000
+    assert run.summary().steps == 4000
     assert [restart.process for restart in run.restarts()] == ["agent"]
 
 
