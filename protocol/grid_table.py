@@ -55,7 +55,7 @@ _OF_SPLIT: Mapping[Split, tuple[range, range]] = {
 Certainty: TypeAlias = Literal["quality", "metres"]
 """Of a joint: the thesis's combined quality, or the expected error in metres."""
 
-ERROR_SCALE = 0.25
+ERROR_SCALE = 0.1
 """Metres of expected error at which a joint counts as unknown: an uncertainty of 1."""
 
 _Index = Annotated[int, Meta(ge=0, lt=2**31)]

@@ -3,6 +3,7 @@
 import logging
 import shutil
 import tempfile
+import time
 from collections.abc import Generator
 from contextlib import contextmanager
 from datetime import datetime
@@ -39,8 +40,8 @@ def run_log(path: Path) -> Generator[None]:
             raise
 
 
-KEPT = 20
-"""Directories of logs in the cache; older ones are removed."""
+KEPT = 30 * 24 * 3600.0
+"""Seconds for which logs in the cache are kept. A command that still works after that needs its own no longer."""
 
 
 def log_directory() -> Path:
@@ -55,8 +56,9 @@ def log_directory() -> Path:
         own = Path(tempfile.mkdtemp(prefix=f"{datetime.now():%Y%m%d-%H%M%S}-", dir=logs))
     except OSError:
         return Path(tempfile.mkdtemp(prefix="vantage-logs-"))
-    for old in sorted(path for path in logs.iterdir() if path.is_dir() and path != own)[: -(KEPT - 1)]:
-        shutil.rmtree(old, ignore_errors=True)
+    for old in logs.glob("[0-9]*-[0-9]*-*"):
+        if time.time() - old.stat().st_mtime > KEPT:
+            shutil.rmtree(old, ignore_errors=True)
     return own
 
 

@@ -31,12 +31,12 @@ def test_the_centre_has_no_view_whatever_is_stored_for_it():
     assert weighted[0].sum() == 10.0
 
 
-def test_in_metres_a_quarter_of_a_metre_is_as_uncertain_as_no_estimate():
-    # 2 · 0.05 / 0.25 for the nose, 2 for each eye, that is off by a metre or not found, and nothing for the others.
+def test_in_metres_a_tenth_of_a_metre_is_as_uncertain_as_no_estimate():
+    # 2 · 0.05 / 0.1 for the nose, 2 for each eye, that is off by a metre or not found, and nothing for the others.
     errors = np.zeros((1, CELLS, JOINT_COUNT), np.float32)
     errors[0, :, [Joint.NOSE, Joint.LEFT_EYE, Joint.RIGHT_EYE]] = np.array([[0.05], [1.0], [np.nan]])
     weighted = weighted_uncertainties(table({"expected_error": errors}, "metres"))
-    assert weighted[0, cell_of(-2, 5)] == pytest.approx(0.4 + 2.0 + 2.0, abs=1e-6)
+    assert weighted[0, cell_of(-2, 5)] == pytest.approx(1.0 + 2.0 + 2.0, abs=1e-6)
 
 
 def test_the_best_cell_is_never_the_centre():

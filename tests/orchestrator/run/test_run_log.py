@@ -1,3 +1,4 @@
+import os
 from pathlib import Path
 
 import pytest
@@ -11,20 +12,25 @@ def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "logs"
 
 
+def aged(path: Path, seconds: float) -> Path:
+    path.mkdir()
+    made = path.stat().st_mtime - seconds
+    os.utime(path, (made, made))
+    return path
+
+
 def test_two_commands_have_logs_of_their_own(logs: Path) -> None:
     one, other = log_directory(), log_directory()
     assert one != other
     assert {one.parent, other.parent} == {logs}
 
 
-def test_the_newest_logs_are_kept(logs: Path) -> None:
-    made = [log_directory() for _ in range(KEPT)]
-    old = logs / "20260101-000000-x"
-    old.mkdir()
-    (old / "render-0.jsonl").write_text("{}\n")
+def test_old_logs_are_removed_and_nothing_else(logs: Path) -> None:
+    recent = log_directory()
+    old = aged(logs / "20260101-000000-x", KEPT + 60.0)
+    month = aged(logs / "20260201-000000-x", KEPT - 60.0)
+    # Where the configuration of a command of an older version is, which may still work.
+    others = aged(logs / ".workers-x", 2 * KEPT)
     newest = log_directory()
-    left = set(logs.iterdir())
-    assert newest in left
-    assert old not in left
-    assert len(left) == KEPT
-    assert len(set(made) & left) == KEPT - 1
+    assert set(logs.iterdir()) == {recent, month, others, newest}
+    assert not old.exists()

@@ -56,11 +56,11 @@ def test_a_table_in_metres_is_as_uncertain_as_the_expected_errors(tmp_path, vers
     directory = built(tmp_path / "g", versions)
     store(directory)
     weighted = weighted_uncertainties(read_table(directory.table_path))
-    # An expected error of 5 cm in every joint, a fifth of what counts as unknown.
-    assert weighted[:, cell_of(0, 5)] == pytest.approx(2.0, rel=0.02)
+    # An expected error of 5 cm in every joint, half of what counts as unknown.
+    assert weighted[:, cell_of(0, 5)] == pytest.approx(5.0, rel=0.02)
     summary = summary_of(directory.table_path)
-    # 1 cm, from a metre away: 0.4, and the lowest step above it.
-    assert summary.threshold == pytest.approx(0.45)
+    # 1 cm, from a metre away: 1 and a little by the steps of storage, and the lowest threshold above it.
+    assert summary.threshold == pytest.approx(1.05)
     assert [(one.environments, one.ceiling) for one in summary.splits] == [(2, 1.0), (1, 1.0)]
 
 
