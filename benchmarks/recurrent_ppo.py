@@ -20,8 +20,6 @@ import torch
 from msgspec import Struct
 from msgspec.structs import replace
 from rich.console import Console
-from sb3_contrib import RecurrentPPO
-from stable_baselines3.common.env_util import make_vec_env
 
 from agent.environment.grid.grid import Grid
 from agent.environment.grid.vector_grid import VectorGrid
@@ -80,6 +78,10 @@ class Theirs:
     """sb3-contrib's learner, unchanged, on as many environments of Gymnasium's."""
 
     def __init__(self, config: RecurrentPpoConfig, grid: GridConfig, table: GridTable) -> None:
+        # Imported here: they load slowly, and a test of this module needs neither.
+        from sb3_contrib import RecurrentPPO
+        from stable_baselines3.common.env_util import make_vec_env
+
         def make() -> gymnasium.Env[Any, Any]:
             return Grid(table, config=grid)
 
