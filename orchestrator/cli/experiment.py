@@ -1,44 +1,36 @@
 """`orchestrator experiment`: measures the error of pose estimates, and how well their quality predicts it."""
 
-import importlib.util
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from orchestrator.cli.observation import complete, require_libraries
 from orchestrator.cli.options import (
     AllowedOption,
     InsecureOption,
     JoinOption,
     JsonOption,
     KeyOption,
-    at_work,
+    WorkersOption,
     examples,
     worker_count,
 )
-from orchestrator.hosting.joining import Join, join_of
-from orchestrator.run.versions import collect_versions
-from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
+from orchestrator.hosting.joining import join_of
 from orchestrator.terminal.output import print_json, print_line
 from protocol.artifact import require_place
 from protocol.camera import DepthNoise
 from protocol.config import RunConfig
 from protocol.config_file import load_config, require_recorded_files, with_checksums
-from protocol.errors import InvalidInput, VantageError
 from protocol.scene import Split
 
 if TYPE_CHECKING:
     from orchestrator.experiments.directory import ExperimentDirectory
-    from orchestrator.experiments.parts import Parts
-    from orchestrator.experiments.workers import WorkerPools
 
 experiment_app = typer.Typer(
     help="Experiments: the error of pose estimates and how well their quality predicts it.", no_args_is_help=True
 )
-
-WorkersOption = Annotated[int | None, typer.Option(min=1, help="Perception workers.", show_default="one for each core")]
 
 
 @experiment_app.command(
@@ -86,7 +78,7 @@ def qoe(
 
     After a stop or a kill, the same command continues where it was.
     """
-    _require_libraries()
+    require_libraries()
     from orchestrator.experiments import qoe as experiment
     from orchestrator.experiments.directory import ExperimentDirectory, default_path
     from orchestrator.experiments.views import ViewSet
@@ -108,7 +100,7 @@ def qoe(
     settings = with_workers(told if host else with_checksums(told), count)
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
     parts = experiment.table_parts(directory, views)
-    _complete(directory, parts, settings, host, lambda pools: experiment.observe_views(parts, views, settings, pools))
+    complete(directory, parts, settings, host, lambda pools: experiment.observe_views(parts, views, settings, pools))
     _print_results(directory, json)
 
 
@@ -128,7 +120,7 @@ def flights(
 
     Configuration, seed, people and noise are the experiment's. After a stop or a kill, the same command continues.
     """
-    _require_libraries()
+    require_libraries()
     from orchestrator.experiments import flights as flying
     from orchestrator.experiments.directory import ExperimentDirectory
     from orchestrator.experiments.workers import with_workers
@@ -141,7 +133,7 @@ def flights(
     found.require_same(found.flight_set_path, flight_set)
     parts = flying.flight_parts(found, flight_set)
     host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
-    _complete(found, parts, settings, host, lambda workers: flying.fly(parts, flight_set, views, settings, workers))
+    complete(found, parts, settings, host, lambda workers: flying.fly(parts, flight_set, views, settings, workers))
     _print_results(found, json)
 
 
@@ -161,36 +153,10 @@ def figures(
     json: JsonOption = False,
 ) -> None:
     """Compute an experiment's figures, page and plots again from its tables."""
-    _require_libraries()
+    require_libraries()
     from orchestrator.experiments.directory import ExperimentDirectory
 
     _print_results(ExperimentDirectory.open(directory), json, page)
-
-
-def _complete(
-    directory: "ExperimentDirectory",
-    parts: "Parts",
-    settings: RunConfig,
-    host: Join | None,
-    observe: Callable[["WorkerPools"], None],
-) -> None:
-    """Make the missing parts of a table, and join them."""
-    from orchestrator.experiments.qoe import provenance
-    from orchestrator.experiments.workers import experiment_workers
-
-    with directory.lock(), at_work() as (display, stop):
-        if parts.is_whole:
-            return
-        try:
-            with experiment_workers(settings, host, display=display, stop=stop) as workers:
-                observe(workers)
-                versions = collect_versions(PROCESS_ENVIRONMENT)
-                parts.join(provenance(settings, directory.views(), versions, workers.capabilities()))
-        except VantageError as error:
-            error.add_note(
-                f"the parts observed so far are kept in {directory.path}: the same command continues from there"
-            )
-            raise
 
 
 def _print_results(directory: "ExperimentDirectory", json: bool, page: Path | None = None) -> None:
@@ -208,12 +174,3 @@ def _print_results(directory: "ExperimentDirectory", json: bool, page: Path | No
     print_line(directory.page_path.read_text(encoding="utf-8"))
     for path in (directory.table_path, directory.figures_path, directory.page_path, *sorted(directory.plots.iterdir())):
         print_line(path)
-
-
-def _require_libraries() -> None:
-    """Raise `InvalidInput` if the extra that experiments need is not installed.
-
-    The commands import the experiments' modules: these libraries load slowly, and no other command needs them.
-    """
-    if lacking := [name for name in ("pyarrow", "scipy", "matplotlib") if importlib.util.find_spec(name) is None]:
-        raise InvalidInput(f"experiments need {', '.join(lacking)}; install vantage's extra 'experiments'")

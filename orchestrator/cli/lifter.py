@@ -2,30 +2,25 @@
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from orchestrator.cli.observation import complete
 from orchestrator.cli.options import (
     AllowedOption,
     InsecureOption,
     JoinOption,
     KeyOption,
-    at_work,
+    WorkersOption,
     examples,
     worker_count,
 )
 from orchestrator.cli.setup_command import run_setup
-from orchestrator.hosting.joining import Join, join_of
-from orchestrator.run.versions import collect_versions
-from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
+from orchestrator.hosting.joining import join_of
 from protocol.config import RunConfig
 from protocol.config_file import load_config, with_checksums
-from protocol.errors import VantageError
 from protocol.system.stop_request import stop_on_signals
-
-if TYPE_CHECKING:
-    from orchestrator.lifter.directory import FitDirectory
 
 _MODULE = "perception_worker.lifter"
 
@@ -55,9 +50,7 @@ def fit(
         ),
     ] = 0.65,
     epochs: Annotated[int, typer.Option(min=1, help="How often each view is learned from.")] = 40,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Perception workers.", show_default="one for each core")
-    ] = None,
+    workers: WorkersOption = None,
     join: JoinOption = None,
     key: KeyOption = None,
     allowed: AllowedOption = None,
@@ -72,6 +65,7 @@ def fit(
     """
     from orchestrator.experiments.workers import with_workers
     from orchestrator.lifter.directory import DEFAULT_PATH, FitDirectory
+    from orchestrator.lifter.observing import observe_fit_views
     from orchestrator.lifter.views import FitViews
 
     count = worker_count(workers, join)
@@ -80,7 +74,14 @@ def fit(
     settings = with_workers(told if host else with_checksums(told), count)
     views = FitViews(frames=frames, seed=seed, wide=wide)
     directory = FitDirectory.open_for(out or DEFAULT_PATH, settings, views)
-    _observe(directory, settings, host)
+    parts = directory.parts()
+    complete(
+        directory,
+        parts,
+        settings,
+        host,
+        lambda pools: observe_fit_views(parts, directory.views(), settings.environment, pools),
+    )
     _run("fit", str(directory.table_path), "--output", str(directory.lifter_path), *_training(epochs, seed))
 
 
@@ -94,28 +95,6 @@ def show(
 ) -> None:
     """Show what a lifter is for, where it comes from, and how certain it is."""
     _run("show", *([] if file is None else [str(file)]))
-
-
-def _observe(directory: "FitDirectory", settings: RunConfig, host: Join | None) -> None:
-    """Make the missing parts of the table, and join them."""
-    from orchestrator.experiments.qoe import provenance
-    from orchestrator.experiments.workers import experiment_workers
-    from orchestrator.lifter.observing import observe_fit_views
-
-    parts = directory.parts()
-    with directory.lock(), at_work() as (display, stop):
-        if parts.is_whole:
-            return
-        try:
-            with experiment_workers(settings, host, display=display, stop=stop) as workers:
-                observe_fit_views(parts, directory.views(), settings.environment, workers)
-                versions = collect_versions(PROCESS_ENVIRONMENT)
-                parts.join(provenance(settings, directory.views(), versions, workers.capabilities()))
-        except VantageError as error:
-            error.add_note(
-                f"the parts observed so far are kept in {directory.path}: the same command continues from there"
-            )
-            raise
 
 
 def _training(epochs: int, seed: int) -> tuple[str, ...]:

@@ -43,7 +43,7 @@ InsecureOption = Annotated[
         "--insecure", help="Connect to other machines without keys: any process that can reach this one may use it."
     ),
 ]
-
+WorkersOption = Annotated[int | None, typer.Option(min=1, help="Perception workers.", show_default="one for each core")]
 JoinOption = Annotated[
     str | None,
     typer.Option(

@@ -13,16 +13,16 @@ from msgspec.structs import replace
 from orchestrator.experiments.directory import ExperimentDirectory
 from orchestrator.experiments.figures.columns import SCHEMA, joint_columns, table_of
 from orchestrator.experiments.parts import Parts
-from orchestrator.experiments.qoe import Shot, frame_values, observe_request
+from orchestrator.experiments.qoe import Shot, filter_rule, frame_values, observe_request
 from orchestrator.experiments.views import SeededScene, View, ViewSet, family_of, identities_and_poses, scenes_of
 from orchestrator.experiments.workers import Rate, WorkerPools
 from orchestrator.pictures.view import Viewpoint
 from protocol.arrays import AnyArray
 from protocol.camera import DepthNoise
-from protocol.config import EnvironmentConfig, RunConfig, settled
+from protocol.config import EnvironmentConfig, RunConfig
 from protocol.errors import InvalidInput
 from protocol.messages import Sampled, SampleScene
-from protocol.pose_estimate import FilterRule, FilterState, PoseEstimate
+from protocol.pose_estimate import FilterState, PoseEstimate
 
 Rows: TypeAlias = tuple[Mapping[str, object], Mapping[str, AnyArray]]
 Path: TypeAlias = Literal["circle", "front"]
@@ -134,12 +134,6 @@ class FlightPools(Struct, frozen=True, eq=False):
     scenes: Mapping[int, SeededScene]
     rate: Rate
 
-    @property
-    def rule(self) -> FilterRule:
-        """The filter's rule: by variance with a learned lifter, otherwise by quality."""
-        lifting = settled(self.config.perception, self.config.profile).lifting
-        return "variance" if lifting == "learned" else "quality"
-
     def way(self, course: Course) -> Iterator[Viewpoint]:
         """The viewpoints of a flight."""
         return viewpoints(course.path, self.views.seed, course.scene, self.flights.steps, self.config.environment)
@@ -147,7 +141,7 @@ class FlightPools(Struct, frozen=True, eq=False):
     def shot(self, course: Course, place: Viewpoint, carried: FilterState | None) -> Shot:
         """The next picture of a flight, with the filter of the last one."""
         one, scene = scene_view(self.views, course.scene, place), self.scenes[course.scene]
-        request = observe_request(one, scene, self.config.environment, course.depth_noise, self.rule)
+        request = observe_request(one, scene, self.config.environment, course.depth_noise, filter_rule(self.config))
         return Shot(one, scene, request if carried is None else replace(request, filter=carried))
 
 

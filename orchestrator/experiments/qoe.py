@@ -108,6 +108,11 @@ def observe_request(
     )
 
 
+def filter_rule(config: RunConfig) -> FilterRule:
+    """The rule of a flying drone's filter: by variance with a learned lifter, otherwise by quality."""
+    return "variance" if settled(config.perception, config.profile).lifting == "learned" else "quality"
+
+
 def _numbers(part: int, views: ViewSet) -> range:
     return range(part * views.frames_a_part, min((part + 1) * views.frames_a_part, views.frames))
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
 import pyarrow as pa
 
+from orchestrator.experiments.list_columns import numbers, table_with
 from orchestrator.lifter.views import FitView
 from protocol.camera import Camera
 from protocol.errors import InvalidInput
@@ -12,11 +12,6 @@ from protocol.joint_arrays import EVIDENCE_SIZE
 from protocol.pose_estimate import PoseEstimate
 from protocol.scene import Scene
 from protocol.skeleton import JOINT_COUNT
-
-
-def _numbers(count: int) -> pa.DataType:
-    return pa.list_(pa.float32(), count)
-
 
 SCHEMA = pa.schema(
     [
@@ -29,13 +24,13 @@ SCHEMA = pa.schema(
         pa.field("known", pa.bool_()),
         pa.field("distance", pa.float32()),
         # fx, fy, cx and cy in pixels; position and target in the world, metres.
-        pa.field("intrinsics", _numbers(4)),
-        pa.field("pose", _numbers(6)),
-        pa.field("keypoints", _numbers(2 * JOINT_COUNT)),
-        pa.field("height", _numbers(JOINT_COUNT)),
-        pa.field("narrow", _numbers(EVIDENCE_SIZE * JOINT_COUNT)),
-        pa.field("wide", _numbers(EVIDENCE_SIZE * JOINT_COUNT)),
-        pa.field("joints", _numbers(3 * JOINT_COUNT)),
+        pa.field("intrinsics", numbers(4)),
+        pa.field("pose", numbers(6)),
+        pa.field("keypoints", numbers(2 * JOINT_COUNT)),
+        pa.field("height", numbers(JOINT_COUNT)),
+        pa.field("narrow", numbers(EVIDENCE_SIZE * JOINT_COUNT)),
+        pa.field("wide", numbers(EVIDENCE_SIZE * JOINT_COUNT)),
+        pa.field("joints", numbers(3 * JOINT_COUNT)),
         pa.field("visible", pa.list_(pa.bool_(), JOINT_COUNT)),
     ]
 )
@@ -72,12 +67,4 @@ def row_of(view: FitView, poses: str, scene: Scene, camera: Camera, observation:
 
 def table_of(rows: Sequence[Mapping[str, object]]) -> pa.Table:
     """The rows as a table."""
-    return pa.Table.from_arrays([_column(field, [row[field.name] for row in rows]) for field in SCHEMA], schema=SCHEMA)
-
-
-def _column(field: pa.Field, values: Sequence[object]) -> pa.Array:
-    if not pa.types.is_fixed_size_list(field.type):
-        return pa.array(values, field.type)
-    flat = np.concatenate([np.asarray(value) for value in values])
-    inner = pa.array(flat.astype(field.type.value_type.to_pandas_dtype()), field.type.value_type)
-    return pa.FixedSizeListArray.from_arrays(inner, field.type.list_size)
+    return table_with(SCHEMA, {name: [row[name] for row in rows] for name in SCHEMA.names})

@@ -15,7 +15,7 @@ from orchestrator.pictures.scene_page import draw_scene_page
 from orchestrator.pictures.worker_pair import worker_pair
 from protocol.arrays import UInt8Array
 from protocol.artifact import whole_file
-from protocol.camera import Camera, CameraPose, Intrinsics
+from protocol.camera import Camera, CameraPose, Intrinsics, Vector3
 from protocol.client.client import Client
 from protocol.config import EnvironmentConfig, RunConfig
 from protocol.config_file import load_config
@@ -129,6 +129,12 @@ def camera_at(viewpoint: Viewpoint, scene: Scene, environment: EnvironmentConfig
         y + viewpoint.distance * math.sin(bearing),
         viewpoint.altitude,
     )
+    return camera_from(position, scene, environment)
+
+
+def camera_from(position: Vector3, scene: Scene, environment: EnvironmentConfig) -> Camera:
+    """The drone's camera at a position in the world, turned to the person as in a flight."""
+    x, y = scene.position
     optics = environment.camera
     return Camera(
         pose=CameraPose(position=position, target=(x, y, environment.target_height)),
