@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from orchestrator.cli.next_view import next_view_app
 from orchestrator.cli.observation import complete, require_libraries
 from orchestrator.cli.options import (
     AllowedOption,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 experiment_app = typer.Typer(
     help="Experiments: the error of pose estimates and how well their quality predicts it.", no_args_is_help=True
 )
+experiment_app.add_typer(next_view_app)
 
 
 @experiment_app.command(
