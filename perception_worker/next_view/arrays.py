@@ -80,7 +80,7 @@ def read_arrays(path: Path) -> Arrays:
     return Arrays(
         is_train=np.array(table["split"].to_pylist()[CENTRE::CAMERAS]) == "train",
         scene=_by_scene(table, "scene").astype(np.int64)[first],
-        yaw=_by_scene(table, "yaw")[first],
+        yaw=_by_scene(table, "yaw").astype(np.float64)[first],
         person=_lists(table, "person", 2)[first],
         position=camera[:, :, :3],
         target=camera[:, :, 3:],

@@ -31,6 +31,7 @@ def baselines(arrays: Arrays, lifted: Float64Array, seeds: Sequence[int]) -> Ite
     }
     for name, yaw in facing.items():
         yield _named(arrays, name, towards_front(arrays, yaw))
+    yield _named(arrays, "the better of left and right, both visited", better_beside(arrays))
 
 
 def towards_front(arrays: Arrays, yaw: Float64Array) -> Float64Array:
@@ -40,6 +41,12 @@ def towards_front(arrays: Arrays, yaw: Float64Array) -> Float64Array:
     nearness = np.cos(angle)
     chosen = np.where(nearness[:, LEFT] > nearness[:, RIGHT], LEFT, RIGHT)
     return (chosen[:, None] != AROUND).astype(float)
+
+
+def better_beside(arrays: Arrays) -> Float64Array:
+    """(n, 8) the uncertainty of the left and right neighbours, and infinite elsewhere."""
+    beside = np.isin(AROUND, (LEFT, RIGHT))
+    return np.where(beside, arrays.uncertainty[:, AROUND], np.inf)
 
 
 def _most_often_best(arrays: Arrays) -> Float64Array:

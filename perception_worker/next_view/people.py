@@ -6,13 +6,18 @@ left, z is up. Lengths are metres.
 
 import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
 from perception_worker.lifter import Lifter
-from perception_worker.next_view.arrays import CAMERAS, Arrays
+from perception_worker.lifter.lifter import LEAST_FOUND
+from perception_worker.lifter.tokens import Seen
+from perception_worker.next_view.arrays import Arrays
 from protocol.arrays import BoolArray, Float64Array
-from protocol.camera import Camera, CameraPose, Intrinsics
-from protocol.pose_estimate import Evidence
-from protocol.skeleton import Joint
+from protocol.camera import CameraPose, world_to_camera
+from protocol.joint_arrays import EVIDENCE_SIZE
+from protocol.skeleton import JOINT_COUNT, Joint
+
+_AT_ONCE = 512
 
 _LEFT = [Joint.LEFT_SHOULDER, Joint.LEFT_HIP]
 _RIGHT = [Joint.RIGHT_SHOULDER, Joint.RIGHT_HIP]
@@ -60,17 +65,31 @@ def person_frame(joints: Float64Array, expected: Float64Array) -> PersonFrame:
 
 def lifted_joints(arrays: Arrays, lifter: Lifter) -> Float64Array:
     """(n, 9, 18, 3) the joints as a learned lifter has them from each view; NaN where no person is found."""
-    views = [(scene, camera) for scene in range(len(arrays)) for camera in range(CAMERAS)]
-    return np.stack([_lifted(arrays, view, lifter) for view in views]).reshape(arrays.points.shape)
+    keypoints = arrays.keypoints.reshape(-1, JOINT_COUNT, 2)
+    found = np.flatnonzero(np.isfinite(keypoints[:, :, 0]).sum(axis=1) >= LEAST_FOUND)
+    transforms = _transforms(arrays)
+    joints = np.full((len(keypoints), JOINT_COUNT, 3), np.nan)
+    for views in np.split(found, range(_AT_ONCE, len(found), _AT_ONCE)):
+        if len(views):
+            points = lifter.estimate(_seen(arrays, views, transforms[views])).points
+            joints[views] = (points - transforms[views, None, :3, 3]) @ transforms[views, :3, :3]
+    return joints.reshape(arrays.points.shape)
 
 
-def _lifted(arrays: Arrays, view: tuple[int, int], lifter: Lifter) -> Float64Array:
-    evidence = Evidence(narrow=arrays.narrow[view].astype(np.float32), wide=arrays.wide[view].astype(np.float32))
-    return lifter.lift(arrays.keypoints[view], arrays.height[view], evidence, _camera(arrays, view)).points
+def _seen(arrays: Arrays, views: NDArray[np.intp], transforms: Float64Array) -> Seen:
+    """The evidence of some views, by their numbers among all."""
+    focal, centre = np.split(arrays.intrinsics.reshape(-1, 1, 4)[views], 2, axis=2)
+    return Seen(
+        rays=(arrays.keypoints.reshape(-1, JOINT_COUNT, 2)[views] - centre) / focal,
+        height=arrays.height.reshape(-1, JOINT_COUNT)[views],
+        narrow=arrays.narrow.reshape(-1, JOINT_COUNT, EVIDENCE_SIZE)[views].astype(np.float32),
+        wide=arrays.wide.reshape(-1, JOINT_COUNT, EVIDENCE_SIZE)[views].astype(np.float32),
+        up=transforms[:, 1:3, 2],
+        focal=focal[:, 0, 0],
+    )
 
 
-def _camera(arrays: Arrays, view: tuple[int, int]) -> Camera:
-    (x, y, z), (to_x, to_y, to_z) = arrays.position[view].tolist(), arrays.target[view].tolist()
-    fx, fy, cx, cy = arrays.intrinsics[view].tolist()
-    intrinsics = Intrinsics(width=round(2 * cx) + 1, height=round(2 * cy) + 1, fx=fx, fy=fy, cx=cx, cy=cy)
-    return Camera(CameraPose((x, y, z), (to_x, to_y, to_z)), intrinsics)
+def _transforms(arrays: Arrays) -> Float64Array:
+    """(9 n, 4, 4) from the world to each camera."""
+    ends = zip(arrays.position.reshape(-1, 3).tolist(), arrays.target.reshape(-1, 3).tolist(), strict=True)
+    return np.stack([world_to_camera(CameraPose(tuple(at), tuple(to))) for at, to in ends])

@@ -6,6 +6,7 @@ the picture, and then as many of their principal components over the train scene
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -13,7 +14,7 @@ import onnx
 import onnxruntime
 
 from perception_worker.networks.pixels import as_image
-from protocol.arrays import BoolArray, Float64Array
+from protocol.arrays import BoolArray, Float32Array, Float64Array
 from protocol.errors import InvalidInput
 
 FEATURES = 512
@@ -31,7 +32,7 @@ def picture_features(pictures: Sequence[bytes], network: Path) -> Float64Array:
         InvalidInput: a picture can't be read.
     """
     session = _session(network)
-    return np.stack([session.run([_SHARED], {"image": _image(one)})[0].mean(axis=(0, 2, 3)) for one in pictures])
+    return np.stack([_shared(session, one).mean(axis=(1, 2)) for one in pictures]).astype(np.float64)
 
 
 def principal_components(features: Float64Array, is_train: BoolArray, count: int = FEATURES) -> Float64Array:
@@ -52,8 +53,14 @@ def _session(network: Path) -> onnxruntime.InferenceSession:
     return onnxruntime.InferenceSession(model.SerializeToString(), options, providers=["CPUExecutionProvider"])
 
 
-def _image(picture: bytes) -> Float64Array:
+def _shared(session: onnxruntime.InferenceSession, picture: bytes) -> Float32Array:
+    """(channels, rows, columns) what the stages share."""
+    outputs: list[Any] = list(session.run([_SHARED], {"image": _image(picture)}))
+    return outputs[0][0]
+
+
+def _image(picture: bytes) -> Float32Array:
     pixels = cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR)
     if pixels is None:
         raise InvalidInput("a picture of the table can't be read; make the table anew")
-    return as_image(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB), "bgr")[None]
+    return as_image(np.ascontiguousarray(pixels[..., ::-1], np.uint8), "bgr")[None]

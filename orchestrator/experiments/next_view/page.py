@@ -25,8 +25,8 @@ THESIS_ERRORS = {
 _INTRODUCTION = """\
 {train} train and {test} test scenes of {people} people that no training used, nine cameras each, {spacing:g} m apart;
 {undecided} more in which no camera around the centre finds the person are left out. Mean weighted uncertainty of the
-upper body (0 to 10): {centre} at the centre, {best} at the best camera around it. The camera that is best most often is
-so in {most:.0%} of the test scenes. A random choice errs in {chance:.1%}.
+upper body (0 to 10): {centre} at the centre, {best} at the best camera around it, which is {lead} below the second best (median). The
+camera that is best most often is so in {most:.0%} of the test scenes. A random choice errs in {chance:.1%}.
 
 - *Train*, *test*: top-1 error, the share of scenes in which another of the eight cameras is better than the chosen one.
   *Within {near:g}*: the same where the chosen camera's uncertainty may be {near:g} above the best.
@@ -52,6 +52,7 @@ def _introduction(scores: NextViewScores) -> str:
         undecided=scores.undecided,
         centre=with_interval(scores.centre),
         best=with_interval(scores.best),
+        lead=with_interval(scores.lead),
         most=max(scores.best_by_camera),
         chance=scores.chance,
         near=NEAR,

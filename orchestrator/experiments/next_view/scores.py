@@ -5,11 +5,18 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from msgspec import Struct
 
-from orchestrator.experiments.figures.bootstrap import Figure, IntArray, figure, mean, people_of, samples_of_people
+from orchestrator.experiments.figures.bootstrap import (
+    Figure,
+    IntArray,
+    figure,
+    mean,
+    people_of,
+    quantile,
+    samples_of_people,
+)
 from orchestrator.experiments.list_columns import numbers_in
 from orchestrator.experiments.next_view.views import CELLS, CENTRE
 from protocol.arrays import BoolArray, Float64Array
@@ -59,6 +66,7 @@ class NextViewScores(Struct, frozen=True, kw_only=True):
         chance: top-1 error of a random choice.
         best_by_camera: share of the test scenes in which each camera around the centre is best, in order.
         centre, best: mean uncertainty of the centre, and of the best camera around it.
+        lead: by how much the best camera is below the second best, the median.
         ways: of choosing.
     """
 
@@ -71,6 +79,7 @@ class NextViewScores(Struct, frozen=True, kw_only=True):
     best_by_camera: tuple[float, ...]
     centre: Figure
     best: Figure
+    lead: Figure
     ways: tuple[WayScores, ...]
 
 
@@ -93,6 +102,12 @@ class Scenes(Struct, frozen=True, eq=False, kw_only=True):
     def best(self) -> Float64Array:
         """(n,) the lowest uncertainty around the centre."""
         return self.around.min(axis=1)
+
+    @property
+    def lead(self) -> Float64Array:
+        """(n,) by how much the second lowest is above that."""
+        lowest = np.partition(self.around, 1, axis=1)
+        return lowest[:, 1] - lowest[:, 0]
 
     def chosen(self, expected: Float64Array) -> Float64Array:
         """(n,) the uncertainty of the cameras with the lowest expectation.
@@ -129,6 +144,7 @@ def scores_of(table: Path, choices: Path, spacing: float) -> NextViewScores:
         best_by_camera=tuple((np.bincount(test.around.argmin(axis=1), minlength=8) / len(test.centre)).tolist()),
         centre=figure(mean(test.centre, test.person, samples)),
         best=figure(mean(test.best, test.person, samples)),
+        lead=figure(quantile(test.lead, 0.5, test.person, samples)),
         ways=tuple(
             _way_scores(group, method, _expected(chosen, group, method, (train, test)), (train, test), samples)
             for group, method in names
@@ -138,7 +154,7 @@ def scores_of(table: Path, choices: Path, spacing: float) -> NextViewScores:
 
 def scenes_of(views: pa.Table, split: Split) -> Scenes:
     """The scenes of a split."""
-    own = views.filter(pc.equal(views["split"], split))
+    own = _of(views, split=split)
     quality = numbers_in(own, "quality").astype(np.float64).reshape(-1, len(CELLS), len(upper_body_weights()))
     uncertainty = (1.0 - quality) @ upper_body_weights()
     around = np.delete(uncertainty, CENTRE, axis=1)
@@ -156,14 +172,20 @@ def _expected(
     chosen: pa.Table, group: str, method: str, splits: tuple[Scenes, Scenes]
 ) -> tuple[Sequence[Float64Array], Sequence[Float64Array]]:
     """By seed, the expectations for the train scenes, and for the test scenes."""
-    own = chosen.filter(pc.and_(pc.equal(chosen["group"], group), pc.equal(chosen["method"], method)))
-    by_split = [own.filter(pc.equal(own["split"], split)) for split in ("train", "test")]
+    own = _of(chosen, group=group, method=method)
+    by_split = [_of(own, split=split) for split in ("train", "test")]
     seeds = len(own["seed"].unique())
     expected = [numbers_in(one, "expected").astype(np.float64) for one in by_split]
     if [len(one) for one in expected] != [seeds * len(one.decided) for one in splits]:
         raise DamagedRecord(f"the choices by {method} are of other scenes than the table's; choose again")
     train, test = (np.split(one, seeds) for one in expected)
     return train, test
+
+
+def _of(rows: pa.Table, **values: str) -> pa.Table:
+    """The rows that have these values in the columns of these names."""
+    fits = [np.array(rows[name].to_pylist()) == value for name, value in values.items()]
+    return rows.filter(pa.array(np.logical_and.reduce(fits)))
 
 
 def _way_scores(

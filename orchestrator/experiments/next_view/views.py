@@ -73,9 +73,10 @@ class ArrayViews(Struct, frozen=True, kw_only=True):
     @property
     def parts(self) -> tuple["ArrayPart", ...]:
         """The parts of the table, those of the test split first: with them, any part of the others says something."""
+        counts: dict[Split, int] = {"test": self.test, "train": self.train}
         return tuple(
             ArrayPart(split=split, scenes=range(first, min(first + self.scenes_a_part, count)))
-            for split, count in (("test", self.test), ("train", self.train))
+            for split, count in counts.items()
             for first in range(0, count, self.scenes_a_part)
         )
 

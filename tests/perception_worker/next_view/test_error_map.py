@@ -51,4 +51,6 @@ def test_baselines_learn_from_train_scenes_alone():
     joints = np.repeat(arrays.joints[:, None], CAMERAS, axis=1)
     by_name = {one.method: one.expected for one in baselines(arrays, joints, (0, 1))}
     assert set(by_name["the lowest on average in training"].argmin(axis=1)) <= {0, 1, 2}
+    visited = by_name["the better of left and right, both visited"].argmin(axis=1)
+    assert {DIRECTIONS[one] for one in visited} <= {"left", "right"}
     assert by_name["towards the front, as estimated"] == pytest.approx(by_name["towards the front, as it is"])

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from perception_worker.lifter.choice import shipped
 from perception_worker.next_view.people import lifted_joints, person_frame
+from tests.perception_worker.lifter.bodies import CAMERA, INTRINSICS, lifter, picture
 from tests.perception_worker.next_view.scenes import BODY, arrays_of, turned
 
 
@@ -31,8 +31,18 @@ def test_a_person_who_is_not_found_stands_where_expected_and_faces_along_x():
     assert frame.local(np.array([[1.5, 2.0, 0.7]])) == pytest.approx(np.array([[0.5, 0.0, 0.7]]))
 
 
-def test_a_view_without_a_person_is_lifted_to_none():
-    arrays = arrays_of(2)
-    joints = lifted_joints(arrays, shipped()[0])
+def test_views_are_lifted_as_one_by_one_and_those_without_a_person_to_none():
+    arrays, own = arrays_of(2), lifter()
+    keypoints, height, evidence, _ = picture()
+    arrays.keypoints[1, 4], arrays.height[1, 4] = keypoints, height
+    arrays.narrow[1, 4], arrays.wide[1, 4] = evidence.narrow, evidence.wide
+    arrays.position[1, 4], arrays.target[1, 4] = CAMERA.pose.position, CAMERA.pose.target
+    arrays.intrinsics[1, 4] = INTRINSICS.fx, INTRINSICS.fy, INTRINSICS.cx, INTRINSICS.cy
+    joints = lifted_joints(arrays, own)
     assert joints.shape == (2, 9, 18, 3)
-    assert np.isnan(joints).all()
+    assert joints[1, 4] == pytest.approx(own.lift(keypoints, height, evidence, CAMERA).points, abs=1e-6)
+    assert np.isfinite(joints).sum() == 18 * 3
+
+
+def test_scenes_without_any_person_are_lifted_to_nothing():
+    assert np.isnan(lifted_joints(arrays_of(1), lifter())).all()

@@ -67,6 +67,8 @@ def test_scores_are_those_computed_by_hand(tmp_path):
     (way,) = scores.ways
     assert (scores.train, scores.test, scores.undecided, scores.people) == (2, 2, 0, 2)
     assert (scores.centre.value, scores.best.value) == pytest.approx((5.0, 3.0))
+    # 0.05 below the second, and 4: the lower of the two in the middle.
+    assert scores.lead.value == pytest.approx(0.05, abs=1e-5)
     assert scores.best_by_camera == (0.5, 0, 0, 0, 0, 0, 0, 0.5)
     assert scores.chance == 0.875
     assert (way.seeds, way.train_error, way.error.value) == pytest.approx((2, 0.25, 0.5))
