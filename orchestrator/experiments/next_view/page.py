@@ -23,10 +23,11 @@ THESIS_ERRORS = {
 """Train and test error by layers. Source: thesis, section 4.2."""
 
 _INTRODUCTION = """\
-{train} train and {test} test scenes of {people} people that no training used, nine cameras each, {spacing:g} m apart;
-{undecided} more in which no camera around the centre finds the person are left out. Mean weighted uncertainty of the
-upper body (0 to 10): {centre} at the centre, {best} at the best camera around it, which is {lead} below the second best (median). The
-camera that is best most often is so in {most:.0%} of the test scenes. A random choice errs in {chance:.1%}.
+{train} train and {test} test scenes of {people} people that no training used, nine cameras each, {spacing:g} m apart.
+{undecided} more, in which no camera around the centre finds the person, are left out.
+The mean weighted uncertainty of the upper body (0 to 10) is {centre} at the centre.
+At the best camera around it, it is {best}, at the median {lead} below the second best.
+The camera that is best most often is so in {most:.0%} of the test scenes. A random choice errs in {chance:.1%}.
 
 - *Train*, *test*: top-1 error, the share of scenes in which another of the eight cameras is better than the chosen one.
   *Within {near:g}*: the same where the chosen camera's uncertainty may be {near:g} above the best.
