@@ -6,7 +6,7 @@ import numpy as np
 
 from perception_worker.next_view.arrays import AROUND, CENTRE, Arrays
 from perception_worker.next_view.choices import Choices
-from perception_worker.next_view.classifiers import LEFT, RIGHT
+from perception_worker.next_view.classifiers import ABOVE, BELOW, LEFT, RIGHT
 from perception_worker.next_view.people import person_frame
 from protocol.arrays import Float64Array
 
@@ -31,7 +31,9 @@ def baselines(arrays: Arrays, lifted: Float64Array, seeds: Sequence[int]) -> Ite
     }
     for name, yaw in facing.items():
         yield _named(arrays, name, towards_front(arrays, yaw))
-    yield _named(arrays, "the better of left and right, both visited", better_beside(arrays))
+    yield _named(arrays, "the better of left and right, both visited", best_visited(arrays, (LEFT, RIGHT)))
+    around = best_visited(arrays, (LEFT, RIGHT, ABOVE, BELOW))
+    yield _named(arrays, "the best of left, right, up and down, all visited", around)
 
 
 def towards_front(arrays: Arrays, yaw: Float64Array) -> Float64Array:
@@ -43,10 +45,9 @@ def towards_front(arrays: Arrays, yaw: Float64Array) -> Float64Array:
     return (chosen[:, None] != AROUND).astype(float)
 
 
-def better_beside(arrays: Arrays) -> Float64Array:
-    """(n, 8) the uncertainty of the left and right neighbours, and infinite elsewhere."""
-    beside = np.isin(AROUND, (LEFT, RIGHT))
-    return np.where(beside, arrays.uncertainty[:, AROUND], np.inf)
+def best_visited(arrays: Arrays, visited: Sequence[int]) -> Float64Array:
+    """(n, 8) the uncertainty of the cameras that were visited, and infinite elsewhere."""
+    return np.where(np.isin(AROUND, visited), arrays.uncertainty[:, AROUND], np.inf)
 
 
 def _most_often_best(arrays: Arrays) -> Float64Array:

@@ -16,8 +16,8 @@ from perception_worker.next_view.perceptron import Recipe, trained
 from protocol.arrays import Float32Array, Float64Array
 from protocol.camera import CameraPose, world_to_camera
 
-LEFT, RIGHT = 3, 5
-"""The cameras beside the centre."""
+LEFT, RIGHT, ABOVE, BELOW = 3, 5, 1, 7
+"""The cameras next to the centre."""
 
 THESIS_LAYERS: tuple[tuple[int, ...], ...] = ((64,), (32,), (32, 32))
 PICTURE_LAYERS = (128, 16)

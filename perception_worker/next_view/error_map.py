@@ -16,7 +16,7 @@ from torch.nn.functional import mse_loss
 from perception_worker.lifter.tokens import MIRRORED
 from perception_worker.next_view.arrays import AROUND, CAMERAS, CENTRE, Arrays
 from perception_worker.next_view.choices import Choices
-from perception_worker.next_view.classifiers import LEFT, RIGHT
+from perception_worker.next_view.classifiers import ABOVE, BELOW, LEFT, RIGHT
 from perception_worker.next_view.people import person_frame
 from perception_worker.next_view.perceptron import Perceptron, Recipe, trained
 from protocol.arrays import Float32Array, Float64Array
@@ -59,6 +59,12 @@ MAPS: tuple[Map, ...] = (
         method="pose and viewpoint, quality of 3 views",
         seen=(CENTRE, LEFT, RIGHT),
         ways=tuple((row + 1, row, row + 2) for row in (0, 3, 6)),
+    ),
+    Map(
+        method="pose and viewpoint, quality of 5 views",
+        seen=(CENTRE, LEFT, RIGHT, ABOVE, BELOW),
+        # The corners as well, and in another order: what was seen where is told by the viewpoints.
+        ways=((4, 3, 5, 1, 7), (4, 1, 7, 3, 5), (4, 0, 2, 6, 8), (4, 6, 8, 0, 2)),
     ),
 )
 
