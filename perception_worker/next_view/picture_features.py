@@ -47,6 +47,8 @@ def principal_components(features: Float64Array, is_train: BoolArray, count: int
 
 def _session(network: Path) -> onnxruntime.InferenceSession:
     model = onnx.load(network)
+    # Without its own outputs, so that no stage is computed.
+    del model.graph.output[:]
     model.graph.output.append(onnx.ValueInfoProto(name=_SHARED))
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
