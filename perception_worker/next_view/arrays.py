@@ -12,6 +12,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from protocol.arrays import AnyArray, BoolArray, Float64Array
+from protocol.camera import CameraPose, world_to_camera
 from protocol.errors import InvalidInput
 from protocol.joint_arrays import EVIDENCE_SIZE
 from protocol.skeleton import JOINT_COUNT, upper_body_weights
@@ -62,6 +63,12 @@ class Arrays(Struct, frozen=True, eq=False, kw_only=True):
     def uncertainty(self) -> Float64Array:
         """(n, 9) the weighted uncertainty of the upper body that each camera has, 0 to 10 (thesis, section 4.3.5)."""
         return (1.0 - self.quality) @ upper_body_weights()
+
+    def transforms(self) -> Float64Array:
+        """(n, 9, 4, 4) from the world to each camera."""
+        ends = np.concatenate([self.position, self.target], axis=2).reshape(-1, 6).tolist()
+        each = [world_to_camera(CameraPose((x, y, z), (to_x, to_y, to_z))) for x, y, z, to_x, to_y, to_z in ends]
+        return np.stack(each).reshape(*self.position.shape[:2], 4, 4)
 
 
 def read_arrays(path: Path) -> Arrays:

@@ -14,7 +14,6 @@ from perception_worker.next_view.arrays import AROUND, CENTRE, Arrays
 from perception_worker.next_view.choices import Choices
 from perception_worker.next_view.perceptron import Recipe, trained
 from protocol.arrays import Float32Array, Float64Array
-from protocol.camera import CameraPose, world_to_camera
 
 LEFT, RIGHT, ABOVE, BELOW = 3, 5, 1, 7
 """The cameras next to the centre."""
@@ -58,8 +57,7 @@ def joints_and_quality(arrays: Arrays, cameras: Sequence[int]) -> Float32Array:
 
 def _points_seen(arrays: Arrays, camera: int) -> Float64Array:
     """(n, 18, 3) the located joints in the camera's frame."""
-    ends = zip(arrays.position[:, camera].tolist(), arrays.target[:, camera].tolist(), strict=True)
-    transforms = np.stack([world_to_camera(CameraPose(tuple(at), tuple(to))) for at, to in ends])
+    transforms = arrays.transforms()[:, camera]
     return np.einsum("nij,nkj->nki", transforms[:, :3, :3], arrays.points[:, camera]) + transforms[:, None, :3, 3]
 
 

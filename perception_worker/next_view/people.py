@@ -13,7 +13,6 @@ from perception_worker.lifter.lifter import LEAST_FOUND
 from perception_worker.lifter.tokens import Seen
 from perception_worker.next_view.arrays import Arrays
 from protocol.arrays import BoolArray, Float64Array
-from protocol.camera import CameraPose, world_to_camera
 from protocol.joint_arrays import EVIDENCE_SIZE
 from protocol.skeleton import JOINT_COUNT, Joint
 
@@ -67,7 +66,7 @@ def lifted_joints(arrays: Arrays, lifter: Lifter) -> Float64Array:
     """(n, 9, 18, 3) the joints as a learned lifter has them from each view; NaN where no person is found."""
     keypoints = arrays.keypoints.reshape(-1, JOINT_COUNT, 2)
     found = np.flatnonzero(np.isfinite(keypoints[:, :, 0]).sum(axis=1) >= LEAST_FOUND)
-    transforms = _transforms(arrays)
+    transforms = arrays.transforms().reshape(-1, 4, 4)
     joints = np.full((len(keypoints), JOINT_COUNT, 3), np.nan)
     for views in np.split(found, range(_AT_ONCE, len(found), _AT_ONCE)):
         if len(views):
@@ -87,9 +86,3 @@ def _seen(arrays: Arrays, views: NDArray[np.intp], transforms: Float64Array) -> 
         up=transforms[:, 1:3, 2],
         focal=focal[:, 0, 0],
     )
-
-
-def _transforms(arrays: Arrays) -> Float64Array:
-    """(9 n, 4, 4) from the world to each camera."""
-    ends = zip(arrays.position.reshape(-1, 3).tolist(), arrays.target.reshape(-1, 3).tolist(), strict=True)
-    return np.stack([world_to_camera(CameraPose(tuple(at), tuple(to))) for at, to in ends])
