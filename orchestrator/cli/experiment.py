@@ -8,6 +8,7 @@ import typer
 
 from orchestrator.cli.grid import grid_app
 from orchestrator.cli.grid_training import grid_training_app
+from orchestrator.cli.next_view import next_view_app
 from orchestrator.cli.observation import complete, require_libraries
 from orchestrator.cli.options import (
     AllowedOption,
@@ -35,6 +36,7 @@ experiment_app = typer.Typer(
 )
 grid_app.add_typer(grid_training_app)
 experiment_app.add_typer(grid_app, name="grid")
+experiment_app.add_typer(next_view_app)
 
 
 @experiment_app.command(

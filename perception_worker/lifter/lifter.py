@@ -98,6 +98,14 @@ class Lifter:
             variance=ahead * estimate.ahead[0, :, None] ** 2 + (1.0 - ahead) * estimate.across[0, :, None] ** 2,
         )
 
+    def estimate(self, seen: Seen) -> Estimate:
+        """Place all joints of many people at once, in the cameras' frames.
+
+        Args:
+            seen: frames in each of which at least `LEAST_FOUND` joints were found.
+        """
+        return estimate_of(self._network, tokens_of(seen))
+
 
 def estimate_of(network: LifterNetwork, tokens: Tokens) -> Estimate:
     """A network's output for frames, averaged with that for their mirror images: so neither side is preferred."""
