@@ -12,8 +12,8 @@ from agent.environment.grid.walks import Walks, take_step
 from agent.learning.grid_policies import GridPolicy
 from protocol.arrays import BoolArray, Float64Array
 from protocol.artifact import whole_file
+from protocol.grid.table import CELLS, CENTRE
 from protocol.grid_config import GridReward
-from protocol.grid_table import CELLS, CENTRE
 
 _NOWHERE = -1
 

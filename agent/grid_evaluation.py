@@ -22,11 +22,11 @@ from agent.learning.recurrent.policy import RecurrentPolicy
 from protocol.artifact import sha256
 from protocol.config import RunConfig
 from protocol.errors import InvalidInput
-from protocol.grid_paths import shortest_paths
-from protocol.grid_records import GridEvaluation, GridThreshold
-from protocol.grid_table import CELLS, GridTable
-from protocol.grid_tables import open_table, table_path
-from protocol.grid_threshold import THESIS_THRESHOLD, ceiling, threshold_by_rule, weighted_uncertainties
+from protocol.grid.named_tables import open_table, table_path
+from protocol.grid.paths import shortest_paths
+from protocol.grid.records import GridEvaluation, GridThreshold
+from protocol.grid.table import CELLS, GridTable
+from protocol.grid.threshold import THESIS_THRESHOLD, ceiling, threshold_by_rule, weighted_uncertainties
 from protocol.records import Evaluation
 from protocol.scene import Split
 

@@ -10,8 +10,8 @@ from agent.environment.grid.grid_map import GridMap
 from agent.grid_episodes import GridEpisodes
 from agent.intervals import mean_interval
 from protocol.arrays import BoolArray, Float32Array, Float64Array
-from protocol.grid_paths import shortest_paths
-from protocol.grid_records import FailureMode, GridScore
+from protocol.grid.paths import shortest_paths
+from protocol.grid.records import FailureMode, GridScore
 from protocol.records import Interval, PolicyScore
 
 _TAIL = 50

@@ -26,9 +26,9 @@ from agent.environment.grid.vector_grid import VectorGrid
 from agent.learning.recurrent.recurrent_ppo import RecurrentPpoLearner
 from agent.training import transition_of
 from benchmarks.machine import machine_kind
+from protocol.grid.named_tables import open_table
+from protocol.grid.table import GridTable
 from protocol.grid_config import GridConfig
-from protocol.grid_table import GridTable
-from protocol.grid_tables import open_table
 from protocol.learner_config import RecurrentPpoConfig
 
 OURS, THEIRS = "Vantage", "sb3-contrib"

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from agent.checkpointing.append_only_file import AppendOnlyFile, FileMark
 from agent.observer import NO_OBSERVER
 from protocol.artifact import whole_file
-from protocol.grid_records import GridEvaluation
+from protocol.grid.records import GridEvaluation
 from protocol.records import Episode, Evaluation, Progress, Summary
 from protocol.system.process_start import own_start
 

@@ -10,8 +10,8 @@ from agent.environment.grid.cells import ACTIONS, DESTINATIONS, MOVES, POSITIONS
 from agent.environment.grid.grid_map import GridMap
 from agent.environment.grid.walks import Walks
 from protocol.arrays import Float64Array
-from protocol.grid_paths import shortest_paths
-from protocol.grid_table import CENTRE
+from protocol.grid.paths import shortest_paths
+from protocol.grid.table import CENTRE
 
 CIRCLE_RADIUS = 3.0
 """Metres from the person, at which views from the front succeed most often."""

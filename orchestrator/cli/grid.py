@@ -26,7 +26,7 @@ from orchestrator.terminal.command_group import FAILED
 from orchestrator.terminal.output import print_json, print_line
 from protocol.config import Profile, RunConfig
 from protocol.config_file import load_config, with_checksums
-from protocol.grid_table import read_stored_table
+from protocol.grid.table import read_stored_table
 
 grid_app = typer.Typer(help="Exploration: where to look, on a grid of views around people.", no_args_is_help=True)
 

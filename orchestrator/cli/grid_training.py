@@ -20,10 +20,10 @@ from protocol.artifact import whole_file
 from protocol.config import RunConfig
 from protocol.config_file import for_a_run, load_config
 from protocol.errors import InvalidInput
-from protocol.grid_records import GridEvaluation
-from protocol.grid_table import read_stored_table, read_table
-from protocol.grid_tables import table_path
-from protocol.grid_threshold import weighted_uncertainties
+from protocol.grid.named_tables import table_path
+from protocol.grid.records import GridEvaluation
+from protocol.grid.table import read_stored_table, read_table
+from protocol.grid.threshold import weighted_uncertainties
 from protocol.text import json_of
 
 grid_training_app = typer.Typer()

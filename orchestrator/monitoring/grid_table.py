@@ -5,7 +5,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from protocol.grid_records import GridEvaluation, GridScore, GridThreshold
+from protocol.grid.records import GridEvaluation, GridScore, GridThreshold
 from protocol.records import Interval
 
 

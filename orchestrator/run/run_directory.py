@@ -24,7 +24,7 @@ from protocol.artifact import checksum_if_there, require_place, sync_directory, 
 from protocol.config import RunConfig
 from protocol.config_file import load_resolved_config, plain, require_recorded_files, resolved, same_for
 from protocol.errors import DamagedRecord, InvalidInput
-from protocol.grid_records import GridEvaluation
+from protocol.grid.records import GridEvaluation
 from protocol.messages import Role
 from protocol.records import Evaluation, Progress, Summary
 from protocol.system.process_start import ProcessStart

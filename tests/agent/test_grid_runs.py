@@ -9,7 +9,7 @@ from agent.commands import evaluate_run, train_run
 from agent.connections import WorkerAccess
 from protocol.artifact import sha256
 from protocol.errors import ArtifactMissing, InvalidInput
-from protocol.grid_records import GridEvaluation
+from protocol.grid.records import GridEvaluation
 from tests.agent.checkpointing.comparison import differing
 from tests.agent.environment.grid.tables import table, write_to
 

@@ -8,8 +8,8 @@ from agent.environment.grid.walks import Walks
 from agent.grid_episodes import GridEpisodes, every_start, walk_episodes
 from agent.grid_scores import failures, score
 from agent.learning.grid_policies import GRID_BASELINES, Circle, Greedy, RandomWalk, ShortestPath
-from protocol.grid_paths import shortest_paths
-from protocol.grid_table import CENTRE, cell_of
+from protocol.grid.paths import shortest_paths
+from protocol.grid.table import CENTRE, cell_of
 from tests.agent.environment.grid.tables import table
 
 THRESHOLD = 1.6

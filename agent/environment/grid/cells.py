@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol.arrays import Float32Array
-from protocol.grid_table import CELLS, SIDE
+from protocol.grid.table import CELLS, SIDE
 
 MOVES: NDArray[np.intp] = np.array([(-1, 1), (0, 1), (1, 1), (-1, 0), (1, 0), (-1, -1), (0, -1), (1, -1)])
 """(8, 2) metres along the grid's x and y axes, by action."""

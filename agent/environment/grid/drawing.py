@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from agent.environment.grid.cells import POSITIONS
 from agent.environment.grid.grid_map import MOST_UNCERTAIN
 from protocol.arrays import BoolArray, Float32Array
-from protocol.grid_table import CENTRE, SIDE
+from protocol.grid.table import CENTRE, SIDE
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 

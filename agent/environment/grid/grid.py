@@ -17,9 +17,9 @@ from agent.environment.grid.walks import GridStep, Walks, outcomes, take_step
 from agent.environment.reset_options import require_no_options
 from protocol.arrays import Float32Array
 from protocol.errors import InvalidInput
+from protocol.grid.named_tables import open_table
+from protocol.grid.table import GridTable
 from protocol.grid_config import GridConfig
-from protocol.grid_table import GridTable
-from protocol.grid_tables import open_table
 from protocol.scene import Split
 
 

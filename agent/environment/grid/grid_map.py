@@ -7,9 +7,9 @@ from msgspec import Struct
 
 from agent.environment.grid.cells import POSITIONS
 from protocol.arrays import Float32Array
+from protocol.grid.table import CELLS, CENTRE, GridPlace, GridTable
+from protocol.grid.threshold import weighted_uncertainties
 from protocol.grid_config import GridObservation
-from protocol.grid_table import CELLS, CENTRE, GridPlace, GridTable
-from protocol.grid_threshold import weighted_uncertainties
 from protocol.scene import Split
 from protocol.skeleton import JOINT_COUNT
 

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 from agent.environment.grid.cells import ACTIONS
 from agent.environment.grid.grid_map import OBSERVATION_SIZE
 from protocol.errors import InvalidInput
-from protocol.grid_table import SIDE
+from protocol.grid.table import SIDE
 
 _HALF = SIDE // 2
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.environment.episode_seeds import SEED_LIMIT
-from protocol.grid_table import CELLS, CENTRE
+from protocol.grid.table import CELLS, CENTRE
 
 _GAMMA = np.uint64(0x9E3779B97F4A7C15)
 _FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)

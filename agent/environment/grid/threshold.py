@@ -1,8 +1,8 @@
 """The weighted uncertainty below which an episode succeeds; in a training it falls (thesis, section 4.4)."""
 
+from protocol.grid.table import GridTable
+from protocol.grid.threshold import threshold_by_rule, weighted_uncertainties
 from protocol.grid_config import GridConfig
-from protocol.grid_table import GridTable
-from protocol.grid_threshold import threshold_by_rule, weighted_uncertainties
 
 
 def success_threshold(config: GridConfig, table: GridTable) -> float:

@@ -19,9 +19,9 @@ from agent.environment.grid.walks import GridStep, Walks, outcomes, take_step
 from agent.environment.reset_options import reset_mask
 from agent.environment.vector_hover import StepResult
 from protocol.arrays import BoolArray, Float32Array
+from protocol.grid.named_tables import open_table
+from protocol.grid.table import GridTable
 from protocol.grid_config import GridConfig
-from protocol.grid_table import GridTable
-from protocol.grid_tables import open_table
 from protocol.scene import Split
 
 

@@ -18,8 +18,8 @@ from agent.environment.grid.cells import DESTINATIONS, POSITIONS
 from agent.environment.grid.grid_map import GridMap
 from agent.environment.grid.starts import starts
 from protocol.arrays import BoolArray, Float32Array, Float64Array
+from protocol.grid.table import CENTRE
 from protocol.grid_config import GridReward
-from protocol.grid_table import CENTRE
 from protocol.records import Outcome
 
 

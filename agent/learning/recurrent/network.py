@@ -21,7 +21,7 @@ from agent.learning.recurrent.lstm import (
     weight_gradient,
     weight_gradients,
 )
-from protocol.grid_table import SIDE
+from protocol.grid.table import SIDE
 from protocol.learner_config import RecurrentPpoConfig
 
 _FARTHEST = SIDE // 2

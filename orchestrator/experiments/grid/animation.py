@@ -15,8 +15,8 @@ from orchestrator.experiments.grid.walked import Walked, positions_of
 from protocol.arrays import Float64Array, UInt8Array
 from protocol.artifact import whole_file
 from protocol.errors import InvalidInput
-from protocol.grid_table import GridPlace
-from protocol.grid_threshold import best_uncertainties
+from protocol.grid.table import GridPlace
+from protocol.grid.threshold import best_uncertainties
 
 HEIGHT = 240
 """Of the picture, in pixels."""

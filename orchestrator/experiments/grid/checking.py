@@ -14,7 +14,7 @@ from orchestrator.experiments.grid.views import GridViews
 from protocol.config import PerceptionConfig, RunConfig
 from protocol.config_file import recorded_config
 from protocol.errors import InvalidInput
-from protocol.grid_table import GridPlace, GridRecipe, StoredGridTable, StoredPlace, stored_numbers, stored_place
+from protocol.grid.table import GridPlace, GridRecipe, StoredGridTable, StoredPlace, stored_numbers, stored_place
 from protocol.named_files import is_checksum, path_settings
 from protocol.text import UNDECODABLE
 

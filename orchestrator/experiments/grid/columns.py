@@ -12,7 +12,7 @@ from orchestrator.experiments.grid.observed import ObservedEnvironment
 from orchestrator.experiments.list_columns import numbers, numbers_in, table_with
 from protocol.arrays import Float32Array
 from protocol.errors import DamagedRecord
-from protocol.grid_table import CELLS, QUANTITIES, SIDE, GridPlace, Quantity
+from protocol.grid.table import CELLS, QUANTITIES, SIDE, GridPlace, Quantity
 from protocol.skeleton import JOINT_COUNT
 
 SCHEMA = pa.schema(

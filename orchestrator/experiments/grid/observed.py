@@ -7,7 +7,7 @@ from msgspec import Struct
 
 from orchestrator.experiments.grid.views import OBSERVED_CELLS
 from protocol.arrays import AnyArray, Float32Array, Float64Array
-from protocol.grid_table import CELLS, GridPlace, Quantity
+from protocol.grid.table import CELLS, GridPlace, Quantity
 from protocol.pose_estimate import PoseEstimate
 from protocol.scene import Scene
 from protocol.skeleton import JOINT_COUNT

@@ -25,7 +25,7 @@ from orchestrator.experiments.workers import Rate, WorkerPools
 from protocol.arrays import Float64Array, UInt8Array
 from protocol.config import RunConfig, settled
 from protocol.errors import InvalidInput
-from protocol.grid_table import GridPlace
+from protocol.grid.table import GridPlace
 from protocol.messages import Observe, Render
 from protocol.pose_estimate import FilterState, PoseEstimate
 from protocol.scene import Scene

@@ -6,7 +6,7 @@ from orchestrator.experiments.figures.bootstrap import Figure
 from orchestrator.experiments.grid.results import GridFigures, ThresholdFigures, VariantFigures
 from orchestrator.experiments.grid.variants import VARIANTS
 from orchestrator.experiments.pages.markdown import number, table, with_interval
-from protocol.grid_threshold import THESIS_THRESHOLD
+from protocol.grid.threshold import THESIS_THRESHOLD
 
 _THESIS_ROWS = (
     ("thesis: binary reward", "0.817", "0.020", "35.5 ± 26.7"),

@@ -16,8 +16,8 @@ from orchestrator.experiments.grid.variants import VARIANTS
 from orchestrator.experiments.grid.walked import Walked
 from orchestrator.experiments.pages.plots import write
 from protocol.arrays import Float64Array
-from protocol.grid_table import SIDE, GridTable
-from protocol.grid_threshold import weighted_uncertainties
+from protocol.grid.table import SIDE, GridTable
+from protocol.grid.threshold import weighted_uncertainties
 
 BIN = 25_000
 """Environment steps of one point of a curve."""

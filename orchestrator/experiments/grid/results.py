@@ -12,7 +12,7 @@ from orchestrator.experiments.figures.bootstrap import Figure
 from orchestrator.experiments.grid.variants import VARIANTS
 from orchestrator.run.run_directory import RunDirectory
 from protocol.errors import InvalidInput
-from protocol.grid_records import FailureMode, GridEvaluation, GridScore, GridThreshold
+from protocol.grid.records import FailureMode, GridEvaluation, GridScore, GridThreshold
 
 _CONFIDENCE = 0.95
 

@@ -14,7 +14,7 @@ from protocol.arrays import Float32Array
 from protocol.artifact import whole_file
 from protocol.config import Profile
 from protocol.errors import InvalidInput
-from protocol.grid_table import (
+from protocol.grid.table import (
     QUANTITIES,
     Certainty,
     GridRecipe,

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from protocol.grid_table import Certainty, read_table
-from protocol.grid_threshold import THESIS_THRESHOLD, ceiling, threshold_by_rule, weighted_uncertainties
+from protocol.grid.table import Certainty, read_table
+from protocol.grid.threshold import THESIS_THRESHOLD, ceiling, threshold_by_rule, weighted_uncertainties
 from protocol.scene import Split
 
 SPLITS: tuple[Split, ...] = ("train", "test")

@@ -8,8 +8,8 @@ from msgspec.structs import replace
 
 from protocol.config import RunConfig
 from protocol.errors import InvalidInput
+from protocol.grid.threshold import THESIS_THRESHOLD
 from protocol.grid_config import GridConfig
-from protocol.grid_threshold import THESIS_THRESHOLD
 
 Change = Callable[[RunConfig], RunConfig]
 

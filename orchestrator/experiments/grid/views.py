@@ -15,7 +15,7 @@ from orchestrator.pictures.view import Viewpoint, camera_at, camera_from
 from protocol.camera import Camera
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
-from protocol.grid_table import CELLS, CENTRE, SIDE, GridPlace
+from protocol.grid.table import CELLS, CENTRE, SIDE, GridPlace
 from protocol.messages import SampleScene
 from protocol.scene import Scene, Split
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from protocol.arrays import Float64Array
 from protocol.errors import DamagedRecord
-from protocol.grid_table import SIDE
+from protocol.grid.table import SIDE
 
 
 class Walked(Struct, frozen=True, eq=False):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from protocol.grid_table import CELLS, SIDE, GridPlace, GridRecipe, GridTable, stored_place, write_table
+from protocol.grid.table import CELLS, SIDE, GridPlace, GridRecipe, GridTable, stored_place, write_table
 from protocol.skeleton import JOINT_COUNT
 
 RECIPE = GridRecipe(certainty="quality", version="test", config="", views="{}", perception={}, packages={})

@@ -10,8 +10,8 @@ from agent.environment.grid.cells import MOVE_NAMES
 from agent.environment.grid.drawing import PIXELS, Scenery, draw, drawn_as_text
 from agent.environment.grid.grid import Grid
 from protocol.errors import InvalidInput
+from protocol.grid.table import CENTRE, SIDE, GridTable, cell_of
 from protocol.grid_config import GridConfig
-from protocol.grid_table import CENTRE, SIDE, GridTable, cell_of
 from tests.agent.environment.grid.tables import table
 
 

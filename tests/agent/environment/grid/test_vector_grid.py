@@ -10,8 +10,8 @@ from agent.checkpointing.state_tree import join, split
 from agent.environment.grid.grid import Grid
 from agent.environment.grid.vector_grid import VectorGrid
 from protocol.errors import InvalidInput
+from protocol.grid.table import GridTable
 from protocol.grid_config import GridConfig
-from protocol.grid_table import GridTable
 from tests.agent.environment.grid.tables import table
 
 SHORT = GridConfig(num_envs=6, episode_steps=5, success_threshold=1.0)

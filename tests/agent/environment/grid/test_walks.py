@@ -7,7 +7,7 @@ from agent.environment.grid.cells import DESTINATIONS, MOVE_NAMES, MOVES
 from agent.environment.grid.grid_map import GridMap
 from agent.environment.grid.starts import episode_seeds, starts
 from agent.environment.grid.walks import Walks, outcomes, take_step
-from protocol.grid_table import CENTRE, cell_of
+from protocol.grid.table import CENTRE, cell_of
 from tests.agent.environment.grid.tables import table
 
 WEST, EAST, NORTH_EAST = MOVE_NAMES.index("west"), MOVE_NAMES.index("east"), MOVE_NAMES.index("north-east")

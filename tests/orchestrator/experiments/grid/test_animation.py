@@ -15,7 +15,7 @@ from orchestrator.experiments.grid.animation import (
 )
 from orchestrator.experiments.grid.walked import Walked, positions_of
 from protocol.errors import DamagedRecord, InvalidInput
-from protocol.grid_table import CELLS, GridPlace, cell_of
+from protocol.grid.table import CELLS, GridPlace, cell_of
 
 
 def walked(*paths: list[int]) -> Walked:

@@ -18,7 +18,7 @@ from orchestrator.experiments.workers import Rate
 from orchestrator.run.run_directory import plain_toml
 from protocol.config import PerceptionConfig, RunConfig
 from protocol.errors import InvalidInput
-from protocol.grid_table import SHARES, GridRecipe, StoredGridTable, stored_place
+from protocol.grid.table import SHARES, GridRecipe, StoredGridTable, stored_place
 from tests.orchestrator.experiments.grid.grid_workers import GridWorkers
 
 VIEWS = GridViews(train=2, test=1)

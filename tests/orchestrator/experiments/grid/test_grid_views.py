@@ -15,7 +15,7 @@ from orchestrator.experiments.grid.views import (
 )
 from protocol.config import EnvironmentConfig
 from protocol.errors import InvalidInput
-from protocol.grid_table import CENTRE, cell_of
+from protocol.grid.table import CENTRE, cell_of
 from protocol.messages import SampleScene
 from tests.orchestrator.experiments.grid.grid_workers import angle_of, sampled
 

@@ -11,7 +11,7 @@ from orchestrator.experiments.parts import Parts
 from orchestrator.experiments.workers import Rate
 from protocol.config import RunConfig
 from protocol.errors import InvalidInput
-from protocol.grid_table import CENTRE, cell_of
+from protocol.grid.table import CENTRE, cell_of
 from protocol.messages import SampleScene
 from tests.orchestrator.experiments.grid.grid_workers import JOINTS, GridWorkers, angle_of, sampled
 

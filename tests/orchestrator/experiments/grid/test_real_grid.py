@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from orchestrator.experiments.grid.directory import GridDirectory
-from protocol.grid_table import CENTRE, read_table
+from protocol.grid.table import CENTRE, read_table
 
 pytestmark = pytest.mark.slow
 

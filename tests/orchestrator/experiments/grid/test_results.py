@@ -11,7 +11,7 @@ from orchestrator.experiments.grid.results import grid_figures, seed_figure, tra
 from orchestrator.experiments.grid.variants import VARIANTS, trainings
 from protocol.config import RunConfig
 from protocol.errors import InvalidInput
-from protocol.grid_records import GridEvaluation, GridScore, GridThreshold
+from protocol.grid.records import GridEvaluation, GridScore, GridThreshold
 from protocol.learner_config import LearnerConfig
 from protocol.records import Interval, Summary
 

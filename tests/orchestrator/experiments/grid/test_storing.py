@@ -12,8 +12,8 @@ from orchestrator.experiments.grid.views import GridViews
 from orchestrator.experiments.qoe import provenance
 from protocol.config import RunConfig
 from protocol.errors import ArtifactDamaged, DamagedRecord, InvalidInput
-from protocol.grid_table import cell_of, read_stored_table, read_table
-from protocol.grid_threshold import weighted_uncertainties
+from protocol.grid.table import cell_of, read_stored_table, read_table
+from protocol.grid.threshold import weighted_uncertainties
 from tests.orchestrator.experiments.grid.grid_workers import JOINTS, GridWorkers
 
 VIEWS = GridViews(train=2, test=1)

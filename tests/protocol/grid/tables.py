@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from protocol.grid_table import CELLS, QUANTITIES, SHARES, Certainty, GridPlace, GridRecipe, GridTable, Quantity
+from protocol.grid.table import CELLS, QUANTITIES, SHARES, Certainty, GridPlace, GridRecipe, GridTable, Quantity
 from protocol.skeleton import JOINT_COUNT
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from protocol.arrays import BoolArray, Float64Array
-from protocol.grid_table import CELLS, CENTRE, SIDE
+from protocol.grid.table import CELLS, CENTRE, SIDE
 
 _STEPS = tuple((row, column) for row in (0, 1, 2) for column in (0, 1, 2) if (row, column) != (1, 1))
 """The eight moves, as offsets into an array with a margin of one cell on each side."""

@@ -3,8 +3,8 @@ from collections import deque
 import numpy as np
 import pytest
 
-from protocol.grid_paths import shortest_paths
-from protocol.grid_table import CELLS, CENTRE, SIDE, cell_of
+from protocol.grid.paths import shortest_paths
+from protocol.grid.table import CELLS, CENTRE, SIDE, cell_of
 
 ALL = range(-9, 10)
 

@@ -4,7 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from protocol.errors import ArtifactDamaged
-from protocol.grid_table import (
+from protocol.grid.table import (
     CELLS,
     LENGTHS,
     QUANTITIES,
@@ -17,7 +17,7 @@ from protocol.grid_table import (
     write_table,
 )
 from protocol.skeleton import JOINT_COUNT
-from tests.protocol.grid_tables import place_to_test, quantities, recipe, train_place
+from tests.protocol.grid.tables import place_to_test, quantities, recipe, train_place
 
 TRUTH = np.arange(54, dtype=np.float32).reshape(18, 3) / 7
 

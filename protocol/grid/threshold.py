@@ -4,7 +4,7 @@ import numpy as np
 
 from protocol.arrays import Float64Array
 from protocol.errors import InvalidInput
-from protocol.grid_table import CENTRE, GridTable
+from protocol.grid.table import CENTRE, GridTable
 from protocol.skeleton import upper_body_weights
 
 THESIS_THRESHOLD = 1.1

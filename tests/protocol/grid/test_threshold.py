@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from protocol.errors import InvalidInput
-from protocol.grid_table import CELLS, CENTRE, cell_of
-from protocol.grid_threshold import best_uncertainties, ceiling, threshold_by_rule, weighted_uncertainties
+from protocol.grid.table import CELLS, CENTRE, cell_of
+from protocol.grid.threshold import best_uncertainties, ceiling, threshold_by_rule, weighted_uncertainties
 from protocol.skeleton import JOINT_COUNT, Joint
-from tests.protocol.grid_tables import table
+from tests.protocol.grid.tables import table
 
 
 def of_best(*best: float) -> np.ndarray:

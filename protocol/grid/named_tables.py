@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from protocol.artifact import require_artifact
+from protocol.grid.table import GridTable, read_table
 from protocol.grid_config import GRID_TABLE
-from protocol.grid_table import GridTable, read_table
 
-_SHIPPED = Path(__file__).parent / "grid_tables_shipped"
+_SHIPPED = Path(__file__).parent / "shipped"
 
 
 def open_table(name: str) -> GridTable:
