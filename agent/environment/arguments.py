@@ -9,16 +9,19 @@ from protocol.errors import InvalidInput
 from protocol.scene import Split
 
 
-def require_no_rendering(render_mode: str | None) -> None:
-    """Refuse every way of rendering; `orchestrator view` draws what a drone sees.
+def require_no_rendering(
+    render_mode: str | None, words: str = "Hover-v0 renders nothing; 'orchestrator view' draws its views"
+) -> None:
+    """Refuse every way of rendering.
+
+    Args:
+        words: what is there instead.
 
     Raises:
         InvalidInput: one is named.
     """
     if render_mode is not None:
-        raise InvalidInput(
-            f"render_mode {render_mode!r}: Hover-v0 renders nothing; 'orchestrator view' draws its views"
-        )
+        raise InvalidInput(f"render_mode {render_mode!r}: {words}")
 
 
 def require_split(split: str) -> None:

@@ -16,6 +16,7 @@ from orchestrator.cli.options import (
     JoinOption,
     JsonOption,
     KeyOption,
+    WorkersConfigArgument,
     WorkersOption,
     examples,
     worker_count,
@@ -48,10 +49,7 @@ experiment_app.add_typer(next_view_app)
     ),
 )
 def qoe(
-    config: Annotated[
-        Path | None,
-        typer.Argument(metavar="[CONFIG]", help="The configuration of the workers.", show_default="every default"),
-    ] = None,
+    config: WorkersConfigArgument = None,
     frames: Annotated[int, typer.Option(min=1, help="How many views.")] = 5000,
     split: Annotated[Split, typer.Option(help="The split of identities.")] = "test",
     seed: Annotated[int, typer.Option(min=0, help="Of the views.")] = 0,

@@ -14,6 +14,8 @@ from orchestrator.cli.options import (
     JoinOption,
     JsonOption,
     KeyOption,
+    ProfileOption,
+    WorkersConfigArgument,
     WorkersOption,
     at_work,
     examples,
@@ -24,7 +26,7 @@ from orchestrator.run.versions import collect_versions
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 from orchestrator.terminal.command_group import FAILED
 from orchestrator.terminal.output import print_json, print_line
-from protocol.config import Profile, RunConfig
+from protocol.config import RunConfig
 from protocol.config_file import load_config, with_checksums
 from protocol.grid.table import read_stored_table
 
@@ -41,13 +43,8 @@ TRAIN, TEST = 80, 40
     ),
 )
 def build(
-    config: Annotated[
-        Path | None,
-        typer.Argument(metavar="[CONFIG]", help="The configuration of the workers.", show_default="every default"),
-    ] = None,
-    profile: Annotated[
-        Profile, typer.Option(help="How people are seen: as the thesis did, or tracked, in metres.")
-    ] = "vantage",
+    config: WorkersConfigArgument = None,
+    profile: ProfileOption = "vantage",
     train: Annotated[int, typer.Option(min=1, help="Environments to train on.")] = TRAIN,
     test: Annotated[int, typer.Option(min=1, help="Environments to test on.")] = TEST,
     seed: Annotated[int, typer.Option(min=0, help="Of the environments.")] = 0,

@@ -14,6 +14,8 @@ from orchestrator.cli.options import (
     JoinOption,
     JsonOption,
     KeyOption,
+    ProfileOption,
+    WorkersConfigArgument,
     WorkersOption,
     examples,
     worker_count,
@@ -21,7 +23,7 @@ from orchestrator.cli.options import (
 from orchestrator.cli.setup_command import run_setup
 from orchestrator.hosting.joining import join_of
 from orchestrator.terminal.output import print_json, print_line
-from protocol.config import Profile, RunConfig
+from protocol.config import RunConfig
 from protocol.config_file import load_config, with_checksums
 from protocol.system.stop_request import stop_on_signals
 
@@ -41,13 +43,8 @@ next_view_app = typer.Typer()
     ),
 )
 def next_view(
-    config: Annotated[
-        Path | None,
-        typer.Argument(metavar="[CONFIG]", help="The configuration of the workers.", show_default="every default"),
-    ] = None,
-    profile: Annotated[
-        Profile, typer.Option(help="How people are seen: as the thesis did, or tracked, in metres.")
-    ] = "thesis",
+    config: WorkersConfigArgument = None,
+    profile: ProfileOption = "thesis",
     train: Annotated[int, typer.Option(min=1, help="Scenes to learn from.")] = 1024,
     test: Annotated[int, typer.Option(min=1, help="Scenes to test on.")] = 256,
     seed: Annotated[int, typer.Option(min=0, help="Of the scenes.")] = 0,

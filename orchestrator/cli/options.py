@@ -10,6 +10,7 @@ import typer
 
 from orchestrator.monitoring.live_display import Display, open_display
 from orchestrator.terminal.console import open_console
+from protocol.config import Profile
 from protocol.errors import InvalidInput
 from protocol.system.stop_request import StopRequest, stop_on_signals
 from protocol.telemetry.control import TOKEN_VARIABLE
@@ -50,6 +51,12 @@ JoinOption = Annotated[
         metavar="ADDRESS", help="Use the workers of a host, and start none.", show_default="workers are started"
     ),
 ]
+
+WorkersConfigArgument = Annotated[
+    Path | None,
+    typer.Argument(metavar="[CONFIG]", help="The configuration of the workers.", show_default="every default"),
+]
+ProfileOption = Annotated[Profile, typer.Option(help="How people are seen: as the thesis did, or tracked, in metres.")]
 
 
 def examples(*lines: str) -> str:

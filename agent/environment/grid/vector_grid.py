@@ -55,7 +55,7 @@ class VectorGrid(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
             InvalidInput: another split, number of drones or autoreset mode, or a render mode.
             ArtifactDamaged, ArtifactMissing: there is no such table.
         """
-        require_no_rendering(render_mode)
+        require_no_rendering(render_mode, "several drones at once render nothing; Grid-v0 alone draws its walk")
         require_split(split)
         mode = require_autoreset(autoreset_mode)
         self.config = config or GridConfig()

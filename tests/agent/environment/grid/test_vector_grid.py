@@ -155,3 +155,8 @@ def test_calls_out_of_order_are_refused(views: GridTable) -> None:
     env.send(actions_of(0))
     with pytest.raises(AlreadyPendingCallError):
         env.send(actions_of(0))
+
+
+def test_rendering_is_refused_with_what_draws_instead(views: GridTable) -> None:
+    with pytest.raises(InvalidInput, match="Grid-v0 alone draws"):
+        VectorGrid(views, render_mode="rgb_array")
