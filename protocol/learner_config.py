@@ -93,8 +93,9 @@ class RecurrentPpoConfig(Section, frozen=True):
         memory: whether the LSTM remembers earlier steps; without, each step is one of its own.
         n_steps: number of steps of every drone between two updates; gradients go back through all of them.
         n_epochs: number of passes over these steps, each in `minibatches` of whole drones.
-        ent_coef, final_ent_coef, ent_coef_steps: the entropy bonus falls evenly from the first to the second value over
-            this many environment steps.
+        learning_rate, final_learning_rate, learning_rate_steps: Adam's step size falls evenly from the first to the
+            second value over this many environment steps.
+        ent_coef, final_ent_coef, ent_coef_steps: the entropy bonus, in the same way.
         reward_scale: factor on the rewards that are learned.
         gamma, gae_lambda, clip_range, vf_coef, max_grad_norm: as in the algorithm's paper and in SB3.
     """
@@ -107,6 +108,8 @@ class RecurrentPpoConfig(Section, frozen=True):
     n_epochs: Count = 4
     minibatches: Count = 4
     learning_rate: Positive = 3e-4
+    final_learning_rate: NotNegative = 0.0
+    learning_rate_steps: Count = 2_000_000
     gamma: Fraction = 0.99
     gae_lambda: Fraction = 0.95
     clip_range: Positive = 0.2

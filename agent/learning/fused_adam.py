@@ -29,6 +29,15 @@ class FusedAdam:
         self._tensors: tuple[list[Tensor], ...] = ()
         self._settings: dict[str, Any] = {}
 
+    @property
+    def learning_rate(self) -> float:
+        """The optimiser's; it may be set between steps."""
+        return self._group["lr"]
+
+    @learning_rate.setter
+    def learning_rate(self, value: float) -> None:
+        self._group["lr"] = value
+
     def step(self) -> None:
         """Change the parameters by their gradients."""
         if not self._tensors:
@@ -38,7 +47,7 @@ class FusedAdam:
                 self._take_up()
             return
         self._counts.add_(1)
-        torch._fused_adam_(*self._tensors, **self._settings)  # pyright: ignore[reportPrivateImportUsage]
+        torch._fused_adam_(*self._tensors, lr=self.learning_rate, **self._settings)  # pyright: ignore[reportPrivateImportUsage]
 
     def _take_up(self) -> None:
         parameters: list[Tensor] = self._group["params"]
@@ -51,5 +60,5 @@ class FusedAdam:
         means, squares, counts = ([state[name] for state in states] for name in ("exp_avg", "exp_avg_sq", "step"))
         self._tensors = (parameters, gradients, means, squares, [], counts)
         beta1, beta2 = self._group["betas"]
-        taken = {name: self._group[name] for name in ("lr", "weight_decay", "eps", "amsgrad", "maximize")}
+        taken = {name: self._group[name] for name in ("weight_decay", "eps", "amsgrad", "maximize")}
         self._settings = {**taken, "beta1": beta1, "beta2": beta2}

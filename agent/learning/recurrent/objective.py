@@ -52,8 +52,3 @@ def entropy(logits: Tensor) -> Tensor:
 def value_loss(values: Tensor, returns: Tensor) -> Tensor:
     """The mean squared error."""
     return (values - returns).square().mean()
-
-
-def entropy_coefficient(steps: int, *, first: float, last: float, over: int) -> float:
-    """The entropy bonus after so many environment steps: evenly from `first` to `last`, `over` so many."""
-    return first + (last - first) * min(1.0, steps / over)

@@ -17,9 +17,9 @@ from torch import Tensor
 from agent.learning.learner import Statistics, Transition
 from agent.learning.randomness import random_state, restore_random_state, seed_all
 from agent.learning.recurrent.network import RecurrentNetwork
-from agent.learning.recurrent.objective import entropy_coefficient
 from agent.learning.recurrent.policy import ACTOR, RecurrentPolicy, drawn, log_prob, new_actor
 from agent.learning.recurrent.rollout import Rollout, Steps, advantages, worth
+from agent.learning.recurrent.schedule import linear_schedule
 from agent.learning.recurrent.update import RecurrentPpoUpdate
 from agent.learning.weights import load_weights_into, weights_of
 from protocol.arrays import Float32Array
@@ -111,12 +111,13 @@ class RecurrentPpoLearner:
         """Make the updates of a rollout once it is whole."""
         if len(self._steps) < self._config.n_steps:
             return {}
-        ent_coef = self._ent_coef
-        statistics = self._update(self._rollout(), ent_coef)
+        ent_coef, learning_rate = self._ent_coef, self._learning_rate
+        statistics = self._update(self._rollout(), ent_coef=ent_coef, learning_rate=learning_rate)
         self.updates += self._config.n_epochs * self._config.minibatches
         self._steps = []
         self._remember_anew()
-        return {**statistics, "Coefficient / Entropy coefficient": ent_coef}
+        scheduled = {"Coefficient / Entropy coefficient": ent_coef, "Learning / Learning rate": learning_rate}
+        return {**statistics, **scheduled}
 
     def state(self) -> dict[str, Any]:
         """The state beside the weights, a rollout under way included; see `Learner.state`."""
@@ -164,8 +165,24 @@ class RecurrentPpoLearner:
 
     @property
     def _ent_coef(self) -> float:
-        config, steps = self._config, self._observed * self._num_envs
-        return entropy_coefficient(steps, first=config.ent_coef, last=config.final_ent_coef, over=config.ent_coef_steps)
+        config = self._config
+        return linear_schedule(
+            self._env_steps, first=config.ent_coef, last=config.final_ent_coef, over=config.ent_coef_steps
+        )
+
+    @property
+    def _learning_rate(self) -> float:
+        config = self._config
+        return linear_schedule(
+            self._env_steps,
+            first=config.learning_rate,
+            last=config.final_learning_rate,
+            over=config.learning_rate_steps,
+        )
+
+    @property
+    def _env_steps(self) -> int:
+        return self._observed * self._num_envs
 
     @torch.no_grad()
     def _rollout(self) -> Rollout:

@@ -50,8 +50,9 @@ class RecurrentPpoUpdate:
         self._adam = FusedAdam(self.optimizer)
 
     @torch.no_grad()
-    def __call__(self, rollout: Rollout, ent_coef: float) -> Statistics:
+    def __call__(self, rollout: Rollout, *, ent_coef: float, learning_rate: float) -> Statistics:
         """Make all updates of a rollout; returns the means of their statistics."""
+        self._adam.learning_rate = learning_rate
         statistics = torch.stack([self._learn(minibatch, ent_coef) for minibatch in self._minibatches(rollout)])
         means = dict(zip(STATISTICS, statistics.mean(0).tolist(), strict=True))
         return {**means, _DEVIATION: statistics[0, -1].item()}

@@ -51,6 +51,18 @@ def test_its_steps_are_torchs_to_the_bit() -> None:
     assert same(pupil, by_torch())
 
 
+def test_a_learning_rate_that_was_set_holds_from_the_next_step_on() -> None:
+    torchs = by_torch(3)
+    torchs.optimizer.param_groups[0]["lr"] = 1e-4
+    torchs.step(torchs.optimizer.step, 2)
+    pupil = Pupil()
+    adam = FusedAdam(pupil.optimizer)
+    pupil.step(adam.step, 3)
+    adam.learning_rate = 1e-4
+    pupil.step(adam.step, 2)
+    assert same(pupil, torchs)
+
+
 def test_there_is_no_state_before_the_first_step() -> None:
     pupil = Pupil()
     FusedAdam(pupil.optimizer)

@@ -4,7 +4,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from agent.learning.recurrent.objective import entropy, entropy_coefficient, policy_loss, value_loss
+from agent.learning.recurrent.objective import entropy, policy_loss, value_loss
 
 HALVES = torch.log(torch.tensor([[0.5, 0.25, 0.25]]))
 """Logits of one policy."""
@@ -52,8 +52,3 @@ def test_the_bonus_is_for_entropy() -> None:
 
 def test_the_value_loss_is_the_mean_squared_error() -> None:
     assert value_loss(torch.tensor([1.0, 5.0]), torch.tensor([2.0, 2.0])).item() == 5.0
-
-
-@pytest.mark.parametrize(("steps", "coefficient"), [(0, 0.3), (250, 0.25), (500, 0.2), (1000, 0.1), (5000, 0.1)])
-def test_the_entropy_coefficient_falls_evenly_and_then_stays(steps: int, coefficient: float) -> None:
-    assert entropy_coefficient(steps, first=0.3, last=0.1, over=1000) == pytest.approx(coefficient)

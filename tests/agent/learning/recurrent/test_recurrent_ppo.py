@@ -1,4 +1,5 @@
 import copy
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -165,19 +166,44 @@ def test_it_learns_what_only_memory_can_tell(learns_first: bool) -> None:
         reward_scale=1.0,
     )
     one, task = learner(config=config, drones=32), RecallTask(32)
-    task.run(one, 500, learns_first=learns_first)
+    task.run(one, 1250, learns_first=learns_first)
     assert np.mean(task.paid[-400:]) > 0.8
 
 
-def test_the_entropy_bonus_falls_with_the_environments_steps() -> None:
+@pytest.mark.parametrize(
+    ("setting", "changes"),
+    [
+        ("Coefficient / Entropy coefficient", {"ent_coef": 0.3, "final_ent_coef": 0.1, "ent_coef_steps": 48}),
+        (
+            "Learning / Learning rate",
+            {"learning_rate": 0.3, "final_learning_rate": 0.1, "learning_rate_steps": 48},
+        ),
+    ],
+)
+def test_a_setting_falls_with_the_environments_steps(setting: str, changes: dict[str, float]) -> None:
     # A rollout is 24 steps of four drones.
-    config = replace(SMALL, ent_coef=0.3, final_ent_coef=0.1, ent_coef_steps=48)
+    config = replace(SMALL, **changes)
     one, task = learner(config=config), RecallTask()
     told = []
     for _ in range(3):
         task.run(one, config.n_steps)
-        told.append(one.learn()["Coefficient / Entropy coefficient"])
+        told.append(one.learn()[setting])
     assert told == pytest.approx([0.2, 0.1, 0.1])
+
+
+def test_nothing_is_learned_once_the_learning_rate_is_zero() -> None:
+    # Learning begins once a rollout is whole: after its steps, so these are the last that change anything.
+    config = replace(SMALL, final_learning_rate=0.0, learning_rate_steps=48)
+    one, task = learner(config=config), RecallTask()
+    weights = [one.weights()]
+    for _ in range(3):
+        task.run(one, config.n_steps)
+        one.learn()
+        weights.append(one.weights())
+    changed = [
+        any(not np.array_equal(before[name], after[name]) for name in before) for before, after in pairwise(weights)
+    ]
+    assert changed == [True, False, False]
 
 
 def test_the_best_is_the_same_each_time_and_exploring_is_not() -> None:
