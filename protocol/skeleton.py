@@ -3,6 +3,7 @@
 from enum import IntEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from protocol.arrays import Float64Array
 
@@ -73,6 +74,16 @@ LIMBS: tuple[tuple[Joint, Joint], ...] = (
     (Joint.LEFT_EYE, Joint.LEFT_EAR),
 )
 """The bones of the skeleton, as drawn."""
+
+
+def _mirrored_joints() -> list[int]:
+    opposite = {"LEFT": "RIGHT", "RIGHT": "LEFT"}
+    names = [joint.name.split("_", 1) for joint in Joint]
+    return [Joint["_".join([opposite.get(name[0], name[0]), *name[1:]])] for name in names]
+
+
+MIRRORED: NDArray[np.intp] = np.array(_mirrored_joints(), dtype=np.intp)
+"""(18,) for each joint, the one on the body's other side; itself for joints in the middle."""
 
 _UPPER_BODY_WEIGHTS: dict[Joint, float] = {
     Joint.NOSE: 2.0,

@@ -6,13 +6,13 @@ import numpy as np
 
 from perception_worker.lifter.network import LifterNetwork
 from perception_worker.lifter.stored import Certainty, Provenance, StoredLifter, unpacked
-from perception_worker.lifter.tokens import MIRRORED, Seen, Tokens, mirrored, points_of, tokens_of
+from perception_worker.lifter.tokens import Seen, Tokens, mirrored, points_of, tokens_of
 from perception_worker.networks.network_setting import NetworkSetting
 from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import Camera, world_to_camera
 from protocol.errors import ArtifactDamaged
 from protocol.pose_estimate import Evidence
-from protocol.skeleton import JOINT_COUNT
+from protocol.skeleton import JOINT_COUNT, MIRRORED
 
 LEAST_FOUND = 3
 """Joints of a person that have to be found; fewer don't determine a body."""

@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from perception_worker.lifter.evidence import LEAST, SHARE, front_depths, median_of_known
 from protocol.arrays import AnyArray, BoolArray, Float32Array, Float64Array
-from protocol.skeleton import Joint
+from protocol.skeleton import MIRRORED
 
 TOKEN_SIZE = 26
 
@@ -40,16 +40,6 @@ _LEAST_DEPTH, _MOST_DEPTH = 0.5, 15.0
 
 _USUAL_RESOLUTION = 100.0
 """Pixels a metre; a token has the logarithm of a resolution's ratio to it."""
-
-
-def _mirrored_joints() -> list[int]:
-    opposite = {"LEFT": "RIGHT", "RIGHT": "LEFT"}
-    names = [joint.name.split("_", 1) for joint in Joint]
-    return [Joint["_".join([opposite.get(name[0], name[0]), *name[1:]])] for name in names]
-
-
-MIRRORED = np.array(_mirrored_joints(), dtype=np.intp)
-"""(18,) for each joint, the one on the body's other side; itself for joints in the middle."""
 
 
 class Seen(Struct, frozen=True, eq=False, kw_only=True):

@@ -13,13 +13,13 @@ import numpy as np
 from msgspec import Struct
 from torch.nn.functional import mse_loss
 
-from perception_worker.lifter.tokens import MIRRORED
 from perception_worker.next_view.arrays import AROUND, CAMERAS, CENTRE, Arrays
 from perception_worker.next_view.choices import Choices
 from perception_worker.next_view.classifiers import ABOVE, BELOW, LEFT, RIGHT
 from perception_worker.next_view.people import person_frame
 from perception_worker.next_view.perceptron import Perceptron, Recipe, trained
 from protocol.arrays import Float32Array, Float64Array
+from protocol.skeleton import MIRRORED
 
 RECIPE = Recipe(
     hidden=(128, 64), epochs=16, batch=512, learning_rate=2e-3, weight_decay=1e-2, dropout=0.1, falling=True

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from perception_worker.lifter.fitting.frames import Frames, confused, made_harder, rescaled
-from perception_worker.lifter.tokens import INPUTS, MIRRORED, Tokens, mirrored, tokens_of
+from perception_worker.lifter.tokens import INPUTS, Tokens, mirrored, tokens_of
 from protocol.arrays import Float32Array
+from protocol.skeleton import MIRRORED
 
 
 class Batch(Struct, frozen=True, eq=False):

@@ -10,12 +10,12 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from perception_worker.lifter.evidence import LEAST, SHARE, median_of_known
-from perception_worker.lifter.tokens import MIRRORED, Seen
+from perception_worker.lifter.tokens import Seen
 from protocol.arrays import BoolArray, Float64Array
 from protocol.camera import CameraPose, world_to_camera
 from protocol.errors import InvalidInput
 from protocol.joint_arrays import EVIDENCE_SIZE
-from protocol.skeleton import JOINT_COUNT, Joint
+from protocol.skeleton import JOINT_COUNT, MIRRORED, Joint
 
 MOST_AWAY = 0.3
 """Of the body's height in the picture. Keypoints whose median is farther from the true joints are another person's:

@@ -7,9 +7,9 @@ from perception_worker.lifter.evidence import evidence_of
 from perception_worker.lifter.lifter import Lifter
 from perception_worker.lifter.network import Shape
 from perception_worker.lifter.stored import Certainty, Provenance, StoredLifter, checksum_of, packed
-from perception_worker.lifter.tokens import MIRRORED
 from perception_worker.networks.network_setting import NetworkSetting
 from protocol.camera import Camera, CameraPose, Intrinsics, project
+from protocol.skeleton import MIRRORED
 
 SHAPE = Shape(width=16, heads=2, layers=2, hidden=24)
 INTRINSICS = Intrinsics.from_horizontal_fov(640, 480, 70.0)

@@ -13,9 +13,9 @@ from perception_worker.lifter.fitting.training import Kept, Training, train
 from perception_worker.lifter.lifter import Lifter
 from perception_worker.lifter.network import LifterNetwork
 from perception_worker.lifter.stored import read_stored
-from perception_worker.lifter.tokens import MIRRORED, tokens_of
+from perception_worker.lifter.tokens import tokens_of
 from protocol.errors import ArtifactDamaged, InvalidInput
-from protocol.skeleton import Joint
+from protocol.skeleton import MIRRORED, Joint
 from tests.perception_worker.lifter.bodies import SHAPE
 from tests.perception_worker.lifter.tables import write_table
 

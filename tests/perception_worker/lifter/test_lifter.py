@@ -5,9 +5,9 @@ from msgspec.structs import replace
 from perception_worker.lifter.evidence import SHARE, evidence_of
 from perception_worker.lifter.lifter import Lifter
 from perception_worker.lifter.stored import checksum_of
-from perception_worker.lifter.tokens import MIRRORED
 from protocol.camera import Camera
 from protocol.errors import ArtifactDamaged
+from protocol.skeleton import MIRRORED
 from tests.perception_worker.lifter.bodies import CAMERA, FACTORS, carried, joints, lifter, moved, picture, stored
 
 FOUR = [0, 1, 2, 5]

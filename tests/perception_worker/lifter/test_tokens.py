@@ -3,9 +3,9 @@ import pytest
 from msgspec.structs import replace
 
 from perception_worker.lifter.evidence import LEAST, SHARE
-from perception_worker.lifter.tokens import MIRRORED, TOKEN_SIZE, Seen, mirrored, points_of, tokens_of
+from perception_worker.lifter.tokens import TOKEN_SIZE, Seen, mirrored, points_of, tokens_of
 from protocol.camera import project
-from protocol.skeleton import JOINT_COUNT, Joint
+from protocol.skeleton import JOINT_COUNT, MIRRORED, Joint
 from tests.perception_worker.lifter.bodies import CAMERA, INTRINSICS, joints, picture
 
 
