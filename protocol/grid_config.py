@@ -24,9 +24,10 @@ class GridConfig(Section, frozen=True):
         num_envs: number of drones, each with its own episodes.
         episode_steps: after which an episode is truncated.
         reward: the thesis's three: +1 and -1 at success and crash (`binary`); as well -0.1 for each other step
-            (`path_length`); or +10 and -10, and for each other step minus a hundredth of the weighted uncertainty
+            (`path_length`); or +10 and -10, and for each other step minus a fortieth of the weighted uncertainty
             (`quality`).
         observation: position and the quality of each joint, or with `position` zeros in place of the quality.
+        symmetries: whether an environment to train on is also turned by quarter turns, and each of these mirrored.
         success_threshold: weighted uncertainty (0 to 10) below which an episode succeeds; left out, it is the table's:
             the lowest multiple of 0.05 at which 95% of its train environments have a cell that succeeds.
         curriculum_range: how far above that the threshold begins in a training.
@@ -38,6 +39,7 @@ class GridConfig(Section, frozen=True):
     episode_steps: Count = 100
     reward: GridReward = "quality"
     observation: GridObservation = "quality"
+    symmetries: bool = True
     success_threshold: Annotated[float, Meta(gt=0, le=10)] | None = None
     curriculum_range: NotNegative = 0.5
     curriculum_step: Positive = 0.05

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from agent.environment.arguments import require_split
 from agent.environment.episode_seeds import drawn_seed, require_seed
 from agent.environment.grid.drawing import Scenery, draw, drawn_as_text
-from agent.environment.grid.grid_map import GridMap
 from agent.environment.grid.spaces import action_space, observation_space, require_moves
+from agent.environment.grid.symmetries import walked_map
 from agent.environment.grid.threshold import success_threshold
 from agent.environment.grid.walks import GridStep, Walks, outcomes, take_step
 from agent.environment.reset_options import require_no_options
@@ -66,7 +66,7 @@ class Grid(gymnasium.Env[Float32Array, np.int64]):
         self.observation_space = observation_space()
         self.action_space = action_space()
         views = table if isinstance(table, GridTable) else open_table(table or self.config.table)
-        self.grid_map = GridMap.of_table(views, split, self.config.observation)
+        self.grid_map = walked_map(views, self.config, split)
         self.success_threshold = success_threshold(self.config, views)
         self._walk: Walks | None = None
         self._step: GridStep | None = None

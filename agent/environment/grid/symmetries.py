@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from agent.environment.grid.cells import POSITIONS
 from agent.environment.grid.grid_map import GridMap
 from protocol.arrays import Float32Array
-from protocol.grid.table import SIDE, GridPlace
+from protocol.grid.table import SIDE, GridPlace, GridTable
+from protocol.grid_config import GridConfig
+from protocol.scene import Split
 from protocol.skeleton import MIRRORED
 
 
@@ -50,6 +52,12 @@ class Symmetry(Struct, frozen=True):
 
 SYMMETRIES = tuple(Symmetry(quarters, mirrored) for mirrored, quarters in product((False, True), range(4)))
 """All eight; the first leaves everything as it is."""
+
+
+def walked_map(table: GridTable, config: GridConfig, split: Split) -> GridMap:
+    """The map that an environment walks on; in `train`, by all symmetries if the configuration says so."""
+    grid_map = GridMap.of_table(table, split, config.observation)
+    return with_symmetries(grid_map) if split == "train" and config.symmetries else grid_map
 
 
 def with_symmetries(grid_map: GridMap) -> GridMap:

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from agent.environment.arguments import require_autoreset, require_drones, require_no_rendering, require_split
 from agent.environment.episode_seeds import GivenSeed, drawn_seed, require_seeds
 from agent.environment.flight import Flight
-from agent.environment.grid.grid_map import GridMap
 from agent.environment.grid.spaces import action_space, observation_space, require_moves
 from agent.environment.grid.starts import episode_seeds
+from agent.environment.grid.symmetries import walked_map
 from agent.environment.grid.threshold import success_threshold, threshold_after
 from agent.environment.grid.walks import GridStep, Walks, outcomes, take_step
 from agent.environment.reset_options import reset_mask
@@ -66,7 +66,7 @@ class VectorGrid(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         table = table or open_table(self.config.table)
-        self.grid_map = GridMap.of_table(table, split, self.config.observation)
+        self.grid_map = walked_map(table, self.config, split)
         self.success_threshold = success_threshold(self.config, table)
         self._curriculum = curriculum
         self._follows = mode is AutoresetMode.SAME_STEP

@@ -2,7 +2,7 @@
 
 A step that ends in the person's cell is a crash, one that ends where the weighted uncertainty is below the threshold a
 success. What the thesis leaves open is decided so: success is checked after a step, so an episode that begins in such a
-cell takes one step or more; of the third reward, the thesis's "QoE value" is minus a hundredth of the weighted
+cell takes one step or more; of the third reward, the thesis's "QoE value" is minus a fortieth of the weighted
 uncertainty: a positive value would reward drones that do not succeed, and with a larger one a crash would cost less
 than a walk in an environment where no cell succeeds.
 """
@@ -152,4 +152,4 @@ def _rewards(reward: GridReward, uncertainty: Float32Array, succeeded: BoolArray
         return ends
     if reward == "path_length":
         return ends - 0.1 * goes_on
-    return 10.0 * ends - goes_on * uncertainty.astype(np.float64) / 100.0
+    return 10.0 * ends - goes_on * uncertainty.astype(np.float64) / 40.0

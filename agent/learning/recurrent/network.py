@@ -10,7 +10,7 @@ import torch
 from msgspec import Struct
 from torch import Tensor, nn
 
-from agent.environment.grid.grid_map import OBSERVATION_SIZE
+from agent.learning.recurrent.encoding import INPUT_SIZE, encoded
 from agent.learning.recurrent.lstm import (
     LstmSequence,
     LstmWeights,
@@ -21,11 +21,7 @@ from agent.learning.recurrent.lstm import (
     weight_gradient,
     weight_gradients,
 )
-from protocol.grid.table import SIDE
 from protocol.learner_config import RecurrentPpoConfig
-
-_FARTHEST = SIDE // 2
-"""Metres from the person along x or y."""
 
 
 class Sequence(Struct, frozen=True, eq=False):
@@ -61,7 +57,7 @@ class RecurrentNetwork(nn.Module):
 
     def __init__(self, config: RecurrentPpoConfig, outputs: int, *, head_gain: float) -> None:
         super().__init__()
-        self.lstm = nn.LSTM(OBSERVATION_SIZE, config.lstm_hidden_size, config.n_lstm_layers)
+        self.lstm = nn.LSTM(INPUT_SIZE, config.lstm_hidden_size, config.n_lstm_layers)
         self.hidden = nn.Linear(config.lstm_hidden_size, config.hidden_size)
         self.head = nn.Linear(config.hidden_size, outputs)
         self._remembers = config.memory
@@ -78,7 +74,7 @@ class RecurrentNetwork(nn.Module):
 
         Without memory (`RecurrentPpoConfig.memory`), it is forgotten before each step.
         """
-        inputs = scaled(observations)
+        inputs = encoded(observations)
         remembered = ~starts if self._remembers else torch.zeros_like(starts)
         keep = remembered.to(inputs.dtype).unsqueeze(2)
         layers: list[LstmSequence] = []
@@ -119,11 +115,6 @@ class RecurrentNetwork(nn.Module):
 
     def _parameter(self, name: str, number: int) -> nn.Parameter:
         return getattr(self.lstm, f"{name}_l{number}")
-
-
-def scaled(observations: Tensor) -> Tensor:
-    """(…, 20) observations as the networks get them, about one in size around zero."""
-    return torch.cat([observations[..., :2] / _FARTHEST, observations[..., 2:] - 0.5], dim=-1)
 
 
 def _state(hidden: list[Tensor], cells: list[Tensor]) -> Tensor:

@@ -1,4 +1,4 @@
-"""Environments that are turned and mirrored, against the same ones computed for the way that their person faces then."""
+"""Environments that are turned and mirrored, against ones made for the way that their person then faces."""
 
 import math
 
@@ -7,8 +7,10 @@ import pytest
 
 from agent.environment.grid.cells import POSITIONS
 from agent.environment.grid.grid_map import GridMap
-from agent.environment.grid.symmetries import SYMMETRIES, Symmetry, with_symmetries
+from agent.environment.grid.symmetries import SYMMETRIES, Symmetry, walked_map, with_symmetries
 from protocol.grid.table import CENTRE, cell_of
+from protocol.grid_config import GridConfig
+from protocol.scene import Split
 from protocol.skeleton import Joint
 from tests.agent.environment.grid.tables import quality_around, table
 
@@ -57,3 +59,11 @@ def test_in_a_mirror_left_and_right_change_places() -> None:
     seen = Symmetry(0, True).observations(observations)[0]
     assert seen[cell_of(3, -1), 2 + Joint.RIGHT_WRIST] == np.float32(0.7)
     assert np.count_nonzero(seen[:, 2:]) == 1
+
+
+@pytest.mark.parametrize(
+    ("split", "symmetries", "environments"), [("train", True, 32), ("train", False, 4), ("test", True, 2)]
+)
+def test_only_environments_to_train_on_are_turned(split: Split, symmetries: bool, environments: int) -> None:
+    found = walked_map(table(), GridConfig(symmetries=symmetries), split)
+    assert len(found.places) == len(found.observations) == len(found.uncertainty) == environments

@@ -67,7 +67,7 @@ def test_the_last_step_truncates_unless_it_ends_the_episode_itself(grid_map: Gri
     [
         ("binary", 1.0, -1.0, lambda _: 0.0),
         ("path_length", 1.0, -1.0, lambda _: -0.1),
-        ("quality", 10.0, -10.0, lambda u: -u / 100),
+        ("quality", 10.0, -10.0, lambda u: -u / 40),
     ],
 )
 def test_the_three_rewards_of_the_thesis(grid_map: GridMap, reward: str, success: float, crash: float, other) -> None:

@@ -1,10 +1,10 @@
-import numpy as np
 import pytest
 import torch
 from msgspec.structs import replace
 from torch import Tensor
 
-from agent.learning.recurrent.network import RecurrentNetwork, Sequence, scaled
+from agent.learning.recurrent.encoding import encoded
+from agent.learning.recurrent.network import RecurrentNetwork, Sequence
 from protocol.learner_config import RecurrentPpoConfig
 
 CONFIG = RecurrentPpoConfig(lstm_hidden_size=12, hidden_size=7)
@@ -42,7 +42,7 @@ def by_autograd(one: RecurrentNetwork, observations: Tensor, starts: Tensor, sta
     outputs = []
     for rows, begins in zip(observations, starts, strict=True):
         hidden, cells = state * ~begins[:, None]
-        output, state = one.lstm(scaled(rows)[None], (hidden, cells))
+        output, state = one.lstm(encoded(rows)[None], (hidden, cells))
         state = torch.stack(state)
         outputs.append(one.head(torch.tanh(one.hidden(output[0]))))
     return torch.stack(outputs)
@@ -124,13 +124,6 @@ def test_without_memory_a_step_depends_on_its_observation_alone() -> None:
     together = run(one, seen, some_starts(), some_state(one)).outputs
     alone = torch.cat([run(one, rows[None], some_starts()[:1], some_state(one)).outputs for rows in seen])
     assert torch.allclose(together, alone, atol=1e-12)
-
-
-def test_inputs_are_about_one_in_size_around_zero() -> None:
-    corners = torch.tensor([[-9.0, 9.0] + [0.0] * 18, [9.0, 0.0] + [1.0] * 18])
-    inputs = scaled(corners).numpy()
-    assert inputs[:, :2].tolist() == [[-1.0, 1.0], [1.0, 0.0]]
-    assert np.unique(inputs[:, 2:]).tolist() == [-0.5, 0.5]
 
 
 def test_an_actors_first_policy_is_all_but_even() -> None:
