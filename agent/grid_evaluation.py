@@ -116,13 +116,13 @@ class RunOnGrid(Struct, frozen=True, eq=False, kw_only=True):
 
 
 class TrainedWalk:
-    """A learned policy's moves: its most probable ones, or moves drawn from it.
+    """A learned policy's moves, drawn from it: its most probable ones alone may go to and fro without end.
 
     Args:
-        seed: of the draws; None for the most probable moves.
+        seed: of the draws.
     """
 
-    def __init__(self, policy: RecurrentPolicy, grid_map: GridMap, seed: int | None = None) -> None:
+    def __init__(self, policy: RecurrentPolicy, grid_map: GridMap, seed: int) -> None:
         self._policy = policy
         self._map = grid_map
         self._seed = seed
@@ -131,13 +131,12 @@ class TrainedWalk:
     def begin(self, walks: Walks) -> None:
         """Forget all episodes, and draw anew."""
         self._policy.start(len(walks.cell))
-        if self._seed is not None:
-            self._generator.manual_seed(self._seed)
+        self._generator.manual_seed(self._seed)
 
     def act(self, walks: Walks) -> NDArray[np.intp]:
         """(n,)."""
-        explore, seen = self._seed is not None, walks.observations(self._map)
-        return self._policy.act(seen, explore=explore, generator=self._generator).astype(np.intp)
+        seen = walks.observations(self._map)
+        return self._policy.act(seen, explore=True, generator=self._generator).astype(np.intp)
 
     def keep(self, drones: NDArray[np.intp]) -> None:
         """Remember these alone."""
@@ -177,4 +176,4 @@ def _policy_maker(run: Path, config: RunConfig, name: str) -> MakePolicy:
         raise InvalidInput(f"there is no policy '{name}' in this run; there are {known}")
     weights, _ = load_weights(run / FILE_NAME)
     policy = RecurrentPolicy.of_weights(weights, config.learner.recurrent_ppo)
-    return lambda grid_map, _threshold: TrainedWalk(policy, grid_map)
+    return lambda grid_map, _threshold: TrainedWalk(policy, grid_map, config.evaluation.first_seed)
