@@ -43,4 +43,4 @@ class GridConfig(Section, frozen=True):
     success_threshold: Annotated[float, Meta(gt=0, le=10)] | None = None
     curriculum_range: NotNegative = 0.5
     curriculum_step: Positive = 0.05
-    curriculum_every: Count = 125_000
+    curriculum_every: Count = 60_000

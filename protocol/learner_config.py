@@ -117,7 +117,7 @@ class RecurrentPpoConfig(Section, frozen=True):
     max_grad_norm: Positive = 0.5
     ent_coef: NotNegative = 0.3
     final_ent_coef: NotNegative = 0.0
-    ent_coef_steps: Count = 1_250_000
+    ent_coef_steps: Count = 800_000
     reward_scale: Positive = 0.1
 
     def require_minibatches(self, num_envs: int) -> None:
