@@ -3,6 +3,8 @@
 All of it is estimated. Positions are in the world frame, in metres.
 """
 
+import math
+
 import numpy as np
 from msgspec import Struct
 
@@ -16,6 +18,10 @@ _ARMS = ((Joint.LEFT_SHOULDER, Joint.LEFT_WRIST), (Joint.RIGHT_SHOULDER, Joint.R
 
 OFFERED_AHEAD = 0.25
 """Metres by which a hand that is held out is in front of its shoulder."""
+
+
+_NO_LENGTH = 1e-6
+"""Metres; a shorter way across a body has no direction."""
 
 
 class Person(Struct, frozen=True, eq=False):
@@ -41,15 +47,11 @@ class Person(Struct, frozen=True, eq=False):
     @property
     def facing(self) -> tuple[float, float] | None:
         """The direction to their front, of length 1; None before both shoulders or both hips were seen."""
-        across = sum(
-            (self.joints[left, :2] - self.joints[right, :2] for left, right in _SIDES if self._both(left, right)),
-            start=np.zeros(2),
-        )
-        length = float(np.hypot(*across))
-        if length < 1e-6:
-            return None
+        sides = [self.joints[left] - self.joints[right] for left, right in _SIDES if self._both(left, right)]
+        across_x, across_y, _ = np.sum(sides, axis=0).tolist() if sides else (0.0, 0.0, 0.0)
+        length = math.hypot(across_x, across_y)
         # The front is a quarter turn clockwise from the way to the left, seen from above.
-        return float(across[1]) / length, -float(across[0]) / length
+        return None if length < _NO_LENGTH else (across_y / length, -across_x / length)
 
     def front_point(self, distance: float, height: float) -> Vector3 | None:
         """The point so far in front of them, at a height above the ground; None before it is known."""
