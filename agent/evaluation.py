@@ -30,7 +30,12 @@ def evaluate(
     scores = [
         score(name, list(fly(sensor, config.flown, policy, seeds, on_step)), task) for name, policy in policies.items()
     ]
-    return Evaluation(first_seed=first, success_threshold=task.success_threshold, scores=tuple(scores))
+    return Evaluation(
+        first_seed=first,
+        success_threshold=task.success_threshold,
+        scores=tuple(scores),
+        in_metres=task.in_metres,
+    )
 
 
 def fly(

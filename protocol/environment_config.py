@@ -107,7 +107,7 @@ class HoverConfig(EnvironmentConfig, frozen=True):
         certain_pictures: in a row, that make an episode a success.
     """
 
-    error_scale: Positive = 5.0
-    wrist_radius: Length = 0.08
-    body_radius: Length = 0.06
+    error_scale: Positive = 20.0
+    wrist_radius: Length = 0.045
+    body_radius: Length = 0.026
     certain_pictures: Count = 3

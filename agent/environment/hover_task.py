@@ -17,7 +17,13 @@ from protocol.scene import Scene
 
 
 class HoverTask(Protocol):
-    """One version of Hover; see the functions of `agent.environment.flight`, which are version 0's."""
+    """One version of Hover; see the functions of `agent.environment.flight`, which are version 0's.
+
+    Attributes:
+        in_metres: whether its uncertainty is an expected error in metres.
+    """
+
+    in_metres: bool
 
     @property
     def config(self) -> EnvironmentConfig:
@@ -64,6 +70,8 @@ class HoverTask(Protocol):
 
 class HoverV0:
     """`vantage/Hover-v0`, the thesis's (section 4.3.1)."""
+
+    in_metres = False
 
     def __init__(self, config: EnvironmentConfig) -> None:
         self.config = config

@@ -26,6 +26,8 @@ from protocol.skeleton import JOINT_COUNT
 class HoverV1:
     """See `HoverTask`; lengths in metres."""
 
+    in_metres = True
+
     def __init__(self, config: HoverConfig) -> None:
         self.config = config
 

@@ -19,7 +19,7 @@ from protocol.pose_estimate import FilterState
 from protocol.skeleton import Joint
 from tests.agent.analytic_sensor import AnalyticSensor, joints_of, observe
 
-CONFIG = HoverConfig(episode_steps=10, certain_pictures=2, wrist_radius=0.08, body_radius=0.06)
+CONFIG = HoverConfig(episode_steps=10, certain_pictures=2, wrist_radius=0.08, body_radius=0.06, error_scale=5.0)
 TASK = HoverV1(CONFIG)
 
 
