@@ -53,7 +53,7 @@ def train_run(
         DeadlineExceeded, CallFailed: the workers are gone; the flown steps are kept.
     """
     config = _config_of(run)
-    learner = make_learner(config.learner, config.grid if config.is_grid else config.environment, seed=config.seed)
+    learner = make_learner(config.learner, config.grid if config.is_grid else config.flown, seed=config.seed)
     with stop_on_signals(ENDING, once=True) as stop, Connections(config, workers, stop.ask) as connections:
         env = _environment(config, connections)
         about = _about("training", config, workers)
@@ -124,7 +124,7 @@ def _flights(run: Path, config: RunConfig, episodes: int | None, names: Sequence
     policies = _policies(run, config, names)
     flights = config.evaluation.episodes if episodes is None else episodes
     return _EvaluationJob(
-        steps=len(policies) * flights * config.environment.episode_steps,
+        steps=len(policies) * flights * config.flown.episode_steps,
         evaluate=lambda sensor, progress: evaluate(sensor, config, policies, flights, progress),
     )
 
@@ -158,7 +158,7 @@ def _config_of(run: Path) -> RunConfig:
 def _environment(config: RunConfig, connections: Connections) -> VectorHover | VectorGrid:
     if config.is_grid:
         return VectorGrid(config=config.grid, curriculum=True)
-    return VectorHover(connections.sensor, config=config.environment)
+    return VectorHover(connections.sensor, config=config.flown)
 
 
 def _about(job: str, config: RunConfig, workers: WorkerAccess) -> About:
@@ -183,7 +183,7 @@ def _policies(run: Path, config: RunConfig, names: Sequence[str]) -> dict[str, P
     policies: dict[str, Policy] = {}
     for name in names:
         if name in BASELINES:
-            policies[name] = baseline(name, config.environment)
+            policies[name] = baseline(name, config.flown)
         elif name == config.learner.algorithm:
             policies[name] = _trained(run, config)
         else:
@@ -193,7 +193,7 @@ def _policies(run: Path, config: RunConfig, names: Sequence[str]) -> dict[str, P
 
 
 def _trained(run: Path, config: RunConfig) -> Policy:
-    learner = make_learner(config.learner, config.environment, seed=config.seed)
+    learner = make_learner(config.learner, config.flown, seed=config.seed)
     weights, about = load_weights(run / FILE_NAME)
     learner.load_weights(weights)
     _log.info("flying weights of %s steps", about.get("steps", "unknown"))

@@ -4,12 +4,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from gymnasium.vector import AutoresetMode
 
-from agent.environment.flight import Flight, succeeded
+from agent.environment.flight import Flight
+from agent.environment.hover_task import HoverTask
 from agent.environment.sensor import Sensor
 from agent.environment.vector_hover import VectorHover
+from agent.environment.versions import hover_task
 from agent.intervals import mean_interval, rate_interval
 from agent.learning.policies import Policy
-from protocol.config import EnvironmentConfig, RunConfig
+from protocol.config import RunConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.records import Evaluation, PolicyScore
 
 
@@ -23,12 +26,16 @@ def evaluate(
     """
     first = config.evaluation.first_seed
     seeds = range(first, first + episodes)
-    threshold = config.environment.success_threshold
+    task = hover_task(config.flown)
     scores = [
-        score(name, list(fly(sensor, config.environment, policy, seeds, on_step)), threshold)
-        for name, policy in policies.items()
+        score(name, list(fly(sensor, config.flown, policy, seeds, on_step)), task) for name, policy in policies.items()
     ]
-    return Evaluation(first_seed=first, success_threshold=threshold, scores=tuple(scores))
+    return Evaluation(
+        first_seed=first,
+        success_threshold=task.success_threshold,
+        scores=tuple(scores),
+        in_metres=task.in_metres,
+    )
 
 
 def fly(
@@ -45,14 +52,14 @@ def fly(
         yield from env.flights
 
 
-def score(policy: str, flights: Sequence[Flight], success_threshold: float) -> PolicyScore:
+def score(policy: str, flights: Sequence[Flight], task: HoverTask) -> PolicyScore:
     """The scores of one or more finished flights of a policy, with 95% intervals."""
-    successes = sum(succeeded(flight.outcome, flight.uncertainty, success_threshold) for flight in flights)
+    successes = sum(task.succeeded(flight) for flight in flights)
     return PolicyScore(
         policy=policy,
         episodes=len(flights),
         total_reward=mean_interval([flight.total_reward for flight in flights]),
-        uncertainty=mean_interval([flight.uncertainty for flight in flights]),
+        uncertainty=mean_interval([task.uncertainty(flight) for flight in flights]),
         success=rate_interval(successes, len(flights)),
         crash=rate_interval(sum(flight.ended_badly for flight in flights), len(flights)),
         length=mean_interval([flight.steps for flight in flights]),

@@ -29,7 +29,7 @@ class Logbook:
     """The logbook of one training. `begin` a phase, then `enter` each step of it."""
 
     def __init__(self, journal: Journal, config: RunConfig, clocks: Clocks) -> None:
-        self.flights = FlightLog(None if config.is_grid else config.environment.success_threshold)
+        self.flights = FlightLog(config.environment.success_threshold if config.env_id == "vantage/Hover-v0" else None)
         self._journal = journal
         self._log_every = config.training.log_every
         self._clocks = clocks

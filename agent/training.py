@@ -157,7 +157,7 @@ class Training:
             self._env.reset(seed=self._config.seed)
         training = self._config.training
         if self._phase == "prefill":
-            script = scripted(self._config.environment, training.prefill_noise)
+            script = scripted(self._config.flown, training.prefill_noise)
             if not self._fly(SCRIPTED, script, training.prefill):
                 return
             self._env.reset()

@@ -27,7 +27,7 @@ from orchestrator.pictures.view import Viewpoint, camera_at
 from protocol import Client, Timeouts
 from protocol.camera import Intrinsics
 from protocol.client.pending import Pending
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.frame import ENCODINGS, Encoding
 from protocol.messages import Observe, Render, Role, SampleScene
 from protocol.pose_estimate import FilterState, PoseEstimate

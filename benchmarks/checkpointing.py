@@ -45,7 +45,7 @@ class Cost(Struct, frozen=True, kw_only=True):
 def measure(directory: Path, transitions: int, checkpoints: int) -> Cost:
     """Fill a memory with `transitions`, write checkpoints as a training does, and resume from the last."""
     config = RunConfig(learner=LearnerConfig(sac=SacConfig(buffer_size=transitions)))
-    with ReplayJournal(directory / REPLAY, config.environment.num_envs) as journal:
+    with ReplayJournal(directory / REPLAY, config.environment.num_envs, OBSERVATION_SIZE) as journal:
         trial = _Trial(directory, config, journal)
         trial.fill(transitions)
         every = config.training.checkpoint_every
@@ -109,7 +109,8 @@ def resume(directory: Path, config: RunConfig) -> None:
     learner = make_learner(config.learner, config.environment, seed=0)
     learner.load_weights(newest.weights())
     learner.restore(newest.state()["learner"])
-    with ReplayJournal(directory / REPLAY, config.environment.num_envs, newest.manifest.grown.replay) as journal:
+    segments = newest.manifest.grown.replay
+    with ReplayJournal(directory / REPLAY, config.environment.num_envs, OBSERVATION_SIZE, segments) as journal:
         learner.recall(journal.last(learner.memory_steps))
 
 

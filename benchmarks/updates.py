@@ -27,7 +27,7 @@ from agent.environment.spaces import ACTION_SIZE, OBSERVATION_SIZE
 from agent.learning.algorithms import make_learner
 from agent.learning.learner import Learner, Transition
 from benchmarks.machine import machine_kind
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.learner_config import LearnerConfig
 

@@ -4,7 +4,6 @@ The orchestrator reads it once, writes it resolved into the run directory, and s
 (`protocol.config_file`).
 """
 
-import math
 from collections.abc import Mapping
 from typing import Annotated, Literal, TypeAlias
 
@@ -12,38 +11,30 @@ from msgspec import Meta, field
 from msgspec.structs import replace
 
 from protocol.artifact import bodies_path
-from protocol.camera import DepthNoise
 from protocol.config_bounds import (
-    CameraSide,
     Count,
     CountOrNone,
-    Drones,
     Duration,
     EvaluationSeed,
-    FieldOfView,
     Fraction,
     ImageSide,
     InHand,
-    Length,
-    Negative,
     NotNegative,
-    Positive,
     Processes,
-    StepDuration,
     Threads,
     ThreadsOrNone,
 )
 from protocol.config_section import Section
-from protocol.errors import InvalidConfig, LimitExceeded
+from protocol.environment_config import EnvironmentConfig, HoverConfig
+from protocol.errors import InvalidConfig
 from protocol.frame import Encoding
 from protocol.grid_config import GridConfig
 from protocol.learner_config import LearnerConfig
-from protocol.limits import require_picture_travels
 from protocol.named_files import NamedFile
 from protocol.pose_estimate import Lifting
 
 FrameEncoding: TypeAlias = Literal["auto", Encoding]
-EnvironmentId: TypeAlias = Literal["vantage/Hover-v0", "vantage/Grid-v0"]
+EnvironmentId: TypeAlias = Literal["vantage/Hover-v0", "vantage/Hover-v1", "vantage/Grid-v0"]
 Profile: TypeAlias = Literal["thesis", "vantage"]
 Baseline: TypeAlias = Literal["stay", "random", "circle", "front", "greedy", "optimum"]
 Layout: TypeAlias = Literal["auto", "openpose", "trt_pose"]
@@ -52,12 +43,10 @@ Checksum: TypeAlias = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
 
 BASELINES: Mapping[EnvironmentId, tuple[Baseline, ...]] = {
     "vantage/Hover-v0": ("stay", "random", "circle", "front"),
+    "vantage/Hover-v1": ("stay", "random", "circle", "front"),
     "vantage/Grid-v0": ("random", "circle", "greedy", "optimum"),
 }
 """The baselines of each environment."""
-
-MAX_SPEED = 1.0
-"""The largest speed of a drone along each axis, in m/s."""
 
 NETWORK_FILE = NamedFile("the network", words=r"\w+")
 """A single word is the name of a network; a path has an extension or a folder."""
@@ -180,75 +169,6 @@ class PerceptionConfig(Section, frozen=True):
             raise InvalidConfig(f"perception.precision: {self.precision} is OpenVINO's; ONNX Runtime computes in f32")
 
 
-class CameraConfig(Section, frozen=True):
-    """The drone's camera; `horizontal_fov` in degrees."""
-
-    width: CameraSide = 640
-    height: CameraSide = 480
-    horizontal_fov: FieldOfView = 70.0
-    depth_noise: DepthNoise = "none"
-
-    def __post_init__(self) -> None:
-        try:
-            require_picture_travels(self.width, self.height)
-        except LimitExceeded as error:
-            raise InvalidConfig(f"environment.camera.width, height: {error}") from error
-
-
-class EnvironmentConfig(Section, frozen=True):
-    """`vantage/Hover-v0` (thesis, section 4.3.1). Lengths in metres, times in seconds.
-
-    Attributes:
-        beta: weight of uncertainty against distance in the reward grows from 1 - 1/beta to 1 over an episode.
-        num_envs: number of drones, each with its own episodes.
-        episode_steps: length of an episode.
-        step_duration: for which one action is flown.
-        front_distance, front_height: of the point in front of the person, above the ground, that early rewards favour.
-        target_height: of the point that the camera looks at, above the ground where the person stands.
-        uncertainty_scale: factor on the trace of the filter's posterior covariance, R1 of the reward.
-        distance_scale: factor on the distance to the point in front, R2 of the reward.
-        penalty: added to the reward of a step that comes too close or leaves the workspace.
-        keep_out_radius: distance from the person below which an episode ends.
-        half_width, min_altitude, max_altitude: of the workspace.
-        success_threshold: weighted uncertainty (0 to 10) below which the end of an episode counts as a success.
-    """
-
-    num_envs: Drones = 4
-    episode_steps: Count = 100
-    step_duration: StepDuration = 0.5
-    beta: Annotated[float, Meta(gt=1, le=1e6)] = 2.0
-    front_distance: Length = 2.5
-    front_height: Length = 1.6
-    target_height: Length = 1.2
-    uncertainty_scale: Positive = 1 / 54
-    distance_scale: Positive = 1 / 9
-    penalty: Negative = -100.0
-    keep_out_radius: Length = 1.5
-    half_width: Length = 9.0
-    min_altitude: Length = 0.5
-    max_altitude: Length = 4.0
-    success_threshold: Positive = 1.6
-    camera: CameraConfig = CameraConfig()
-
-    @property
-    def start_clearance(self) -> float:
-        """Metres from the person at which no first step can end an episode."""
-        return self.keep_out_radius + math.sqrt(2) * MAX_SPEED * self.step_duration
-
-    def __post_init__(self) -> None:
-        reach = MAX_SPEED * self.step_duration
-        if self.max_altitude - self.min_altitude <= 2 * reach:
-            raise InvalidConfig(
-                f"environment.min_altitude, max_altitude: a workspace from {self.min_altitude} to {self.max_altitude} "
-                f"m high has no room to start in, with steps of {reach} m"
-            )
-        if self.half_width - reach <= self.start_clearance:
-            raise InvalidConfig(
-                f"environment.keep_out_radius, half_width: a keep-out of {self.keep_out_radius} m leaves no room in "
-                f"±{self.half_width} m to start in, with steps of {reach} m"
-            )
-
-
 class TrainingConfig(Section, frozen=True):
     """How long to train, in environment steps of all drones together.
 
@@ -301,6 +221,7 @@ class RunConfig(Section, frozen=True):
     render: RenderConfig = RenderConfig()
     perception: PerceptionConfig = PerceptionConfig()
     environment: EnvironmentConfig = EnvironmentConfig()
+    hover: HoverConfig = HoverConfig()
     grid: GridConfig = GridConfig()
     learner: LearnerConfig = LearnerConfig()
     training: TrainingConfig = field(default_factory=TrainingConfig)
@@ -317,9 +238,9 @@ class RunConfig(Section, frozen=True):
                     f"evaluation.baselines: {self.env_id} has {', '.join(BASELINES[self.env_id])}, and no {name}"
                 )
         if learner.algorithm == "sac":
-            learner.sac.require_batch(self.environment.num_envs)
+            learner.sac.require_batch(self.flown.num_envs)
         elif learner.algorithm == "ppo":
-            learner.ppo.require_minibatches(self.environment.num_envs)
+            learner.ppo.require_minibatches(self.flown.num_envs)
         else:
             learner.recurrent_ppo.require_minibatches(self.grid.num_envs)
 
@@ -331,7 +252,12 @@ class RunConfig(Section, frozen=True):
     @property
     def num_envs(self) -> int:
         """The number of drones."""
-        return self.grid.num_envs if self.is_grid else self.environment.num_envs
+        return self.grid.num_envs if self.is_grid else self.flown.num_envs
+
+    @property
+    def flown(self) -> EnvironmentConfig:
+        """The section of the environment that flies: `environment` for Hover-v0, `hover` for Hover-v1."""
+        return self.hover if self.env_id == "vantage/Hover-v1" else self.environment
 
     @property
     def policies(self) -> tuple[str, ...]:

@@ -28,11 +28,12 @@ from protocol.whole_record import lacking
 _RESOLVED = "resolved"
 """The table in a configuration that marks it as resolved."""
 
-_FORMAT = 2
+_FORMAT = 3
 
 _CAME_AFTER: dict[int, frozenset[str]] = {
     0: frozenset({"render.prefetch", "artifacts"}),
     1: frozenset({"env_id", "grid", "learner.recurrent_ppo"}),
+    2: frozenset({"hover"}),
 }
 """Settings that are newer than a format, and whose defaults change no result of a configuration without them.
 

@@ -97,6 +97,8 @@ class Evaluation(Struct, frozen=True, kw_only=True):
     """The evaluation table: the trained policy first, then the baselines, all on the same scenes.
 
     Attributes:
+        success_threshold: of the uncertainty, 0 to 10; of Hover-v1 of the upper body's radius, metres.
+        in_metres: whether uncertainties are expected errors in metres.
         weights: sha256 of the run's weights when the evaluation began; None without weights, and in records of older
             versions.
         by: the incarnation of the process that flew it; None in records of older versions.
@@ -107,3 +109,4 @@ class Evaluation(Struct, frozen=True, kw_only=True):
     scores: tuple[PolicyScore, ...]
     weights: str | None = None
     by: str | None = None
+    in_metres: bool = False

@@ -14,7 +14,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from agent.checkpointing.append_only_file import AppendOnlyFile, FileMark, require_intact
-from agent.environment.spaces import ACTION_SIZE, OBSERVATION_SIZE
+from agent.environment.spaces import ACTION_SIZE
 from agent.learning.learner import Transition
 from protocol.artifact import sync_directory
 
@@ -28,13 +28,13 @@ class Segment(Struct, frozen=True):
     mark: FileMark
 
 
-def row_type(drones: int) -> np.dtype[Any]:
+def row_type(drones: int, observation_size: int) -> np.dtype[Any]:
     """A step of `drones` drones as stored in the files: little-endian, without gaps."""
     one = {
-        "observations": ("<f4", (OBSERVATION_SIZE,)),
+        "observations": ("<f4", (observation_size,)),
         "actions": ("<f4", (ACTION_SIZE,)),
         "rewards": ("<f8", ()),
-        "next_observations": ("<f4", (OBSERVATION_SIZE,)),
+        "next_observations": ("<f4", (observation_size,)),
         "terminated": ("?", ()),
         "truncated": ("?", ()),
     }
@@ -55,11 +55,17 @@ class ReplayJournal:
     """Open for appending; content after `segments` is removed."""
 
     def __init__(
-        self, directory: Path, drones: int, segments: Sequence[Segment] = (), *, segment_bytes: int = SEGMENT_BYTES
+        self,
+        directory: Path,
+        drones: int,
+        observation_size: int,
+        segments: Sequence[Segment] = (),
+        *,
+        segment_bytes: int = SEGMENT_BYTES,
     ) -> None:
         directory.mkdir(exist_ok=True)
         self._directory = directory
-        self._type = row_type(drones)
+        self._type = row_type(drones, observation_size)
         self._segment_bytes = max(segment_bytes, self._type.itemsize)
         self._finished = list(segments[:-1])
         self._open: list[tuple[str, AppendOnlyFile]] = []

@@ -14,6 +14,7 @@ from agent.checkpointing.replay_journal import ReplayJournal
 from agent.checkpointing.run_lock import sole_training
 from agent.environment.grid.vector_grid import VectorGrid
 from agent.environment.vector_hover import VectorHover
+from agent.environment.versions import hover_task
 from agent.learning.learner import Learner
 from agent.logbook import Clocks
 from agent.observer import NO_OBSERVER, Observer
@@ -74,4 +75,5 @@ def _open_journal(run: Path, newest: Checkpoint | None, observer: Observer) -> J
 def _open_replay(run: Path, config: RunConfig, newest: Checkpoint | None) -> ReplayJournal:
     """The replay journal, cut back likewise."""
     segments = newest.manifest.grown.replay if newest else ()
-    return ReplayJournal(run / REPLAY, config.num_envs, segments)
+    (size,) = hover_task(config.flown).observation_space().shape
+    return ReplayJournal(run / REPLAY, config.num_envs, size, segments)

@@ -6,14 +6,14 @@ estimated. A flight that ends by coming too close or leaving takes no more pictu
 """
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, field
 from msgspec.structs import replace
 
 from agent.environment.reward import step_reward
 from agent.environment.workspace import moved, outcome_of, random_start
 from protocol.arrays import Float64Array
 from protocol.camera import Camera, CameraPose, Intrinsics, Vector3
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.pose_estimate import FilterState, PoseEstimate
 from protocol.records import Outcome
 from protocol.scene import Scene
@@ -33,6 +33,9 @@ class Flight(Struct, frozen=True, eq=False, kw_only=True):
         quality: (18,) of each joint in the last picture.
         steps: flown so far.
         total_reward: collected so far.
+        velocity: that the last step was flown with, m/s; version 0 leaves it at zero, and what follows as well.
+        unseen: (18,) pictures since each joint was last detected.
+        certain_pictures: the last ones in a row that were certain enough for a success.
     """
 
     seed: int
@@ -43,6 +46,9 @@ class Flight(Struct, frozen=True, eq=False, kw_only=True):
     steps: int = 0
     total_reward: float = 0.0
     outcome: Outcome = "flying"
+    velocity: Vector3 = (0.0, 0.0, 0.0)
+    unseen: Float64Array = field(default_factory=lambda: np.zeros(JOINT_COUNT))
+    certain_pictures: int = 0
 
     @property
     def over(self) -> bool:
@@ -53,6 +59,16 @@ class Flight(Struct, frozen=True, eq=False, kw_only=True):
     def ended_badly(self) -> bool:
         """Whether the drone came too close to the person or left the workspace."""
         return self.outcome in ("too_close", "out_of_workspace")
+
+    @property
+    def takes_picture(self) -> bool:
+        """Whether its last step ends with a picture."""
+        return self.outcome in ("flying", "truncated")
+
+    @property
+    def terminated(self) -> bool:
+        """Whether it ended by itself, and not by the time limit."""
+        return self.ended_badly or self.outcome == "succeeded"
 
     @property
     def uncertainty(self) -> float:

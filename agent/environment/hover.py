@@ -8,13 +8,16 @@ from gymnasium.error import ResetNeeded
 
 from agent.environment.arguments import require_no_rendering, require_split
 from agent.environment.episode_seeds import drawn_seed, require_seed
-from agent.environment.flight import Flight, camera_of, move, take_off, with_estimate, with_reward
+from agent.environment.flight import Flight
+from agent.environment.hover_task import HoverTask
+from agent.environment.pending_flight import request_estimate
 from agent.environment.reset_options import require_no_options
 from agent.environment.sensor import Sensor
-from agent.environment.spaces import ACTION_SIZE, action_space, observation_of, observation_space, require_actions
-from agent.environment.stages import StageTimes, times_of
+from agent.environment.spaces import ACTION_SIZE, action_space, require_actions
+from agent.environment.stages import StageTimes
+from agent.environment.versions import hover_task
 from protocol.arrays import Float32Array
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.scene import Split
 
 
@@ -60,7 +63,8 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
         require_no_rendering(render_mode)
         require_split(split)
         self.config = config or EnvironmentConfig()
-        self.observation_space = observation_space()
+        self._task: HoverTask = hover_task(self.config)
+        self.observation_space = self._task.observation_space()
         self.action_space = action_space()
         self._sensor = sensor
         self._split: Split = split
@@ -79,9 +83,9 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
         given = None if seed is None else require_seed(seed)
         super().reset(seed=given)
         episode_seed = drawn_seed(self.np_random) if given is None else given
-        flight = take_off(self.config, episode_seed, self._sensor.sample(episode_seed, self._split))
+        flight = self._task.take_off(episode_seed, self._sensor.sample(episode_seed, self._split))
         self.flight, times = self._observe(flight)
-        return observation_of(self.flight), info_of(self.flight, times)
+        return self._task.observation(self.flight), info_of(self._task, self.flight, times)
 
     def step(self, action: Float32Array) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
         """Fly for one step and observe the person.
@@ -92,26 +96,27 @@ class Hover(gymnasium.Env[Float32Array, Float32Array]):
         """
         if self.flight is None or self.flight.over:
             raise ResetNeeded("the episode is over, or none was begun: call reset() first")
-        flight = move(self.config, self.flight, require_actions(action, (ACTION_SIZE,)))
-        flight, times = (flight, StageTimes({})) if flight.ended_badly else self._observe(flight)
-        flight, reward = with_reward(self.config, flight)
+        moved = self._task.move(self.flight, require_actions(action, (ACTION_SIZE,)))
+        observed, times = self._observe(moved)
+        flight, reward = self._task.with_reward(observed)
         self.flight = flight
-        return observation_of(flight), reward, flight.ended_badly, flight.outcome == "truncated", info_of(flight, times)
+        info = info_of(self._task, flight, times)
+        return self._task.observation(flight), reward, flight.terminated, flight.outcome == "truncated", info
 
     def _observe(self, flight: Flight) -> tuple[Flight, StageTimes]:
-        estimate = self._sensor.observe(flight.scene, camera_of(self.config, flight), flight.filter)
-        return with_estimate(flight, estimate.result()), times_of(estimate)
+        return request_estimate(flight, self._sensor, self._task).finished()
 
 
-def info_of(flight: Flight, times: StageTimes) -> dict[str, Any]:
+def info_of(task: HoverTask, flight: Flight, times: StageTimes) -> dict[str, Any]:
     """A step's info beside the observation; nothing in it is shared with the episode's state.
 
-    `outcome`, `uncertainty` (weighted, 0 to 10), `quality` (18,), `position` (metres), `timings` (seconds by stage, of
-    the picture if one was taken); of the episode so far its `seed`, `length` in steps and `total_reward`.
+    `outcome`, `uncertainty` (weighted: of version 0 from 0 to 10, of version 1 in metres), `quality` (18,), `position`
+    (metres), `timings` (seconds by stage, of the picture if one was taken); of the episode so far its `seed`, `length`
+    in steps and `total_reward`.
     """
     return {
         "outcome": flight.outcome,
-        "uncertainty": flight.uncertainty,
+        "uncertainty": task.uncertainty(flight),
         "quality": flight.quality.copy(),
         "position": np.array(flight.position),
         "timings": times,

@@ -2,17 +2,18 @@
 
 from msgspec import Struct
 
-from agent.environment.flight import Flight, camera_of, with_estimate
+from agent.environment.flight import Flight, camera_of
+from agent.environment.hover_task import HoverTask
 from agent.environment.sensor import Sensor
 from agent.environment.stages import StageTimes, times_of
 from protocol.client.pending import Pending
-from protocol.config import EnvironmentConfig
 from protocol.pose_estimate import PoseEstimate
 
 
 class PendingFlight(Struct, frozen=True, eq=False):
     """A flight and the pose estimate that it waits for, if any."""
 
+    task: HoverTask
     flight: Flight
     estimate: Pending[PoseEstimate] | None = None
 
@@ -24,11 +25,11 @@ class PendingFlight(Struct, frozen=True, eq=False):
         """
         if self.estimate is None:
             return self.flight, StageTimes({})
-        return with_estimate(self.flight, self.estimate.result()), times_of(self.estimate)
+        return self.task.with_estimate(self.flight, self.estimate.result()), times_of(self.estimate)
 
 
-def request_estimate(flight: Flight, sensor: Sensor, config: EnvironmentConfig) -> PendingFlight:
-    """Request the pose estimate of a flight, unless the flight ended badly."""
-    if flight.ended_badly:
-        return PendingFlight(flight)
-    return PendingFlight(flight, sensor.observe(flight.scene, camera_of(config, flight), flight.filter))
+def request_estimate(flight: Flight, sensor: Sensor, task: HoverTask) -> PendingFlight:
+    """Request the pose estimate of a flight, unless the flight takes no more pictures."""
+    if not flight.takes_picture:
+        return PendingFlight(task, flight)
+    return PendingFlight(task, flight, sensor.observe(flight.scene, camera_of(task.config, flight), flight.filter))

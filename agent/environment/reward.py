@@ -8,7 +8,7 @@ import math
 
 from protocol.arrays import Float64Array
 from protocol.camera import Vector3
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.scene import Scene
 
 

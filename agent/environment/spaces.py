@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 
 from agent.environment.flight import Flight
 from protocol.arrays import Float32Array, Float64Array
-from protocol.config import MAX_SPEED
+from protocol.environment_config import MAX_SPEED
 from protocol.errors import InvalidInput
 from protocol.skeleton import JOINT_COUNT
 

@@ -18,17 +18,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from agent.environment.arguments import require_autoreset, require_drones, require_no_rendering, require_split
 from agent.environment.episode_seeds import GivenSeed, drawn_seed, episode_seed, require_seeds
-from agent.environment.flight import Flight, move, take_off, with_reward
+from agent.environment.flight import Flight
 from agent.environment.flight_state import flight_of, flight_state
 from agent.environment.hover import info_of
+from agent.environment.hover_task import HoverTask
 from agent.environment.pending_flight import PendingFlight, request_estimate
 from agent.environment.prefetch import EpisodePrefetch
 from agent.environment.reset_options import reset_mask
 from agent.environment.sensor import Sensor
-from agent.environment.spaces import ACTION_SIZE, action_space, observation_of, observation_space, require_actions
+from agent.environment.spaces import ACTION_SIZE, action_space, require_actions
 from agent.environment.stages import StageTimes
+from agent.environment.versions import hover_task
 from protocol.arrays import BoolArray, Float32Array, Float64Array
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.scene import Split
 
@@ -94,7 +96,8 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         self.config = config or EnvironmentConfig()
         self.num_envs = self.config.num_envs if num_envs is None else require_drones(num_envs)
         self.metadata = {"render_modes": [], "autoreset_mode": mode}
-        self.single_observation_space = observation_space()
+        self._task: HoverTask = hover_task(self.config)
+        self.single_observation_space = self._task.observation_space()
         self.single_action_space = action_space()
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
@@ -149,7 +152,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
     @property
     def observations(self) -> Float32Array:
         """(n, 111) the current observation of every drone."""
-        return np.stack([observation_of(flight) for flight in self.flights])
+        return np.stack([self._task.observation(flight) for flight in self.flights])
 
     def state(self) -> dict[str, Any]:
         """Everything the episodes' future depends on, between two steps: arrays and plain values, nested."""
@@ -234,7 +237,7 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         return (
             observations,
             np.array([step.reward for step in finished]),
-            np.array([step.flew and step.flight.ended_badly for step in finished]),
+            np.array([step.flew and step.flight.terminated for step in finished]),
             np.array([step.flew and step.flight.outcome == "truncated" for step in finished]),
             self._infos(dict(enumerate(finished))),
         )
@@ -283,13 +286,13 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
     def _sent(self, flights: Sequence[Flight], velocities: Float64Array) -> list[_PendingStep]:
         """Move drones and request the estimates of their steps."""
         moved = [
-            flight if flight.over else move(self.config, flight, velocity)
+            flight if flight.over else self._task.move(flight, velocity)
             for flight, velocity in zip(flights, velocities, strict=True)
         ]
         following = self._following(moved)
         return [
             _PendingStep(
-                pending=PendingFlight(flight) if before.over else self._requested(flight),
+                pending=PendingFlight(self._task, flight) if before.over else self._requested(flight),
                 following=after,
                 flew=not before.over,
             )
@@ -326,23 +329,26 @@ class VectorHover(VectorEnv[Float32Array, ArrayLike, NDArray[Any]]):
         return self._requested(self._taken_off(episode_seed(self._run_seed, number)))
 
     def _taken_off(self, seed: int) -> Flight:
-        return take_off(self.config, seed, self._sensor.sample(seed, self._split))
+        return self._task.take_off(seed, self._sensor.sample(seed, self._split))
 
     def _finish(self, step: _PendingStep) -> _FinishedStep:
         flight, times = step.pending.finished()
-        flight, reward = with_reward(self.config, flight) if step.flew else (flight, 0.0)
+        flight, reward = self._task.with_reward(flight) if step.flew else (flight, 0.0)
         following = step.following.finished() if step.following else None
-        observation = observation_of(following[0] if following else flight)
+        observation = self._task.observation(following[0] if following else flight)
         return _FinishedStep(flight, reward, step.flew, times, following, observation)
 
     def _infos(self, finished: Mapping[int, _FinishedStep]) -> dict[str, Any]:
         infos: dict[str, Any] = {}
         for index, step in finished.items():
             if step.following:
-                final = {"final_obs": observation_of(step.flight), "final_info": info_of(step.flight, step.times)}
+                final = {
+                    "final_obs": self._task.observation(step.flight),
+                    "final_info": info_of(self._task, step.flight, step.times),
+                }
                 infos = self._add_info(infos, final, index)
-            infos = self._add_info(infos, info_of(*step.current), index)
+            infos = self._add_info(infos, info_of(self._task, *step.current), index)
         return infos
 
     def _requested(self, flight: Flight) -> PendingFlight:
-        return request_estimate(flight, self._sensor, self.config)
+        return request_estimate(flight, self._sensor, self._task)

@@ -10,7 +10,7 @@ import numpy as np
 
 from protocol.arrays import Float64Array
 from protocol.camera import Vector3
-from protocol.config import MAX_SPEED, EnvironmentConfig
+from protocol.environment_config import MAX_SPEED, EnvironmentConfig
 from protocol.records import Outcome
 
 

@@ -1,7 +1,7 @@
 """The learner that a configuration names."""
 
 from agent.learning.learner import Learner
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidConfig
 from protocol.grid_config import GridConfig
 from protocol.learner_config import LearnerConfig

@@ -9,12 +9,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import torch
+from gymnasium.spaces import Box
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from agent.environment.spaces import COORDINATES
 from protocol.arrays import Float32Array
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.skeleton import JOINT_COUNT, Joint
 
 _REACH = 2.0
@@ -41,9 +42,16 @@ class Features(nn.Module):
     Computed by NumPy: of the few rows that are acted on, each of torch's operators takes several times as long.
     """
 
+    size = FEATURE_SIZE
+
     def __init__(self, workspace: EnvironmentConfig) -> None:
         super().__init__()
         self._workspace = workspace
+
+    @classmethod
+    def space(cls) -> Box:
+        """Of the features of one observation."""
+        return Box(-np.inf, np.inf, (cls.size,))
 
     def forward(self, observations: Tensor, train: bool = False) -> Tensor:
         """Features of a batch. `train` is skrl's word to running scalers; it changes nothing here."""
@@ -53,13 +61,16 @@ class Features(nn.Module):
         """Features of a batch, each row's the same to the bit whatever the others are."""
         joints = observations[:, :COORDINATES].reshape(-1, JOINT_COUNT, 3)
         variances = observations[:, COORDINATES : 2 * COORDINATES].reshape(-1, JOINT_COUNT, 3)
-        drone = observations[:, 2 * COORDINATES :]
-        trust = 1.0 / (1.0 + 10.0 * (variances.sum(2) / 3.0))
+        return self.of_seen(joints, variances.sum(2) / 3.0, observations[:, 2 * COORDINATES :])
+
+    def of_seen(self, joints: _Rows, variances: _Rows, drone: _Rows) -> Float32Array:
+        """(n, FEATURE_SIZE) of joints (n, 18, 3) in the world, variances (n, 18), and the drone's place (n, 3)."""
+        trust = 1.0 / (1.0 + 10.0 * variances)
         person = (joints[:, :, :2] * trust[:, :, None]).sum(1) / trust.sum(1, keepdims=True)
         offset = drone[:, :2] - person
         distance = np.maximum(np.sqrt((offset**2).sum(1, keepdims=True)), 1e-6)
         bearing = offset / distance
-        x, y = _turned(joints[:, :, 0] - person[:, :1], joints[:, :, 1] - person[:, 1:], bearing)
+        x, y = turned(joints[:, :, 0] - person[:, :1], joints[:, :, 1] - person[:, 1:], bearing)
         around = np.stack([x, y, joints[:, :, 2]], axis=2) * trust[:, :, None]
         parts = [bearing, self._place(drone, distance), self._limits(drone, distance, bearing)]
         parts += [around.reshape(-1, COORDINATES), trust, _facing(around)]
@@ -82,7 +93,7 @@ class Features(nn.Module):
         room = [space.half_width - np.abs(across), space.max_altitude - height, height - space.min_altitude]
         near = _nearness(np.concatenate([*room, distance - space.keep_out_radius], axis=1))
         walls, ceiling, floor, keep_out = near[:, :2] * np.sign(across), near[:, 2:3], near[:, 3:4], near[:, 4:]
-        return np.concatenate([*_turned(walls[:, :1], walls[:, 1:], bearing), ceiling - floor, keep_out], axis=1)
+        return np.concatenate([*turned(walls[:, :1], walls[:, 1:], bearing), ceiling - floor, keep_out], axis=1)
 
 
 class RecentFeatures:
@@ -128,7 +139,7 @@ def _nearness(room: _Rows) -> _Rows:
     return np.minimum(np.maximum(1.0 - room / _REACH, 0.0), 1.5)
 
 
-def _turned(x: _Rows, y: _Rows, bearing: _Rows) -> tuple[_Rows, _Rows]:
+def turned(x: _Rows, y: _Rows, bearing: _Rows) -> tuple[_Rows, _Rows]:
     """As `to_drone_frame` turns vectors, horizontally: x and y (n, k) for bearings (n, 2)."""
     cosine, sine = bearing[:, :1], bearing[:, 1:]
     return cosine * x + sine * y, cosine * y - sine * x

@@ -14,7 +14,7 @@ from torch import Tensor, nn
 from torch.distributions import Normal
 
 from agent.environment.spaces import ACTION_SIZE
-from agent.learning.features import FEATURE_SIZE, bearing_of, to_drone_frame, to_world_frame
+from agent.learning.features import bearing_of, to_drone_frame, to_world_frame
 from protocol.arrays import Float32Array
 
 Inputs: TypeAlias = dict[str, Any]
@@ -39,9 +39,9 @@ class SquashedPolicy(Model):
     skrl's own Gaussian cuts actions at the limits instead and counts the density as if it had not.
     """
 
-    def __init__(self, observation_space: Box, action_space: Box, hidden: Sequence[int]) -> None:
-        super().__init__(observation_space=observation_space, action_space=action_space, device="cpu")
-        self.net = layers(FEATURE_SIZE, hidden, 2 * ACTION_SIZE)
+    def __init__(self, features: Box, action_space: Box, hidden: Sequence[int]) -> None:
+        super().__init__(observation_space=features, action_space=action_space, device="cpu")
+        self.net = layers(features.shape[0], hidden, 2 * ACTION_SIZE)
 
     def compute(self, inputs: Inputs, *, role: str = "") -> Output:
         """Mean and log standard deviation of the velocity before it is squashed."""
@@ -83,10 +83,10 @@ def log_squashing(values: Tensor) -> Tensor:
 class Critic(DeterministicMixin, Model):
     """The return to expect after taking a velocity."""
 
-    def __init__(self, observation_space: Box, action_space: Box, hidden: Sequence[int]) -> None:
-        Model.__init__(self, observation_space=observation_space, action_space=action_space, device="cpu")
+    def __init__(self, features: Box, action_space: Box, hidden: Sequence[int]) -> None:
+        Model.__init__(self, observation_space=features, action_space=action_space, device="cpu")
         DeterministicMixin.__init__(self)
-        self.net = layers(FEATURE_SIZE + ACTION_SIZE, hidden, 1)
+        self.net = layers(features.shape[0] + ACTION_SIZE, hidden, 1)
 
     def compute(self, inputs: Inputs, role: str = "") -> Output:  # pyright: ignore[reportIncompatibleMethodOverride]
         """(n, 1)."""
@@ -98,10 +98,10 @@ class Critic(DeterministicMixin, Model):
 class GaussianPolicy(GaussianMixin, Model):
     """A Gaussian over velocities that the drone itself cuts at its limits, as PPO is usually run."""
 
-    def __init__(self, observation_space: Box, action_space: Box, hidden: Sequence[int]) -> None:
-        Model.__init__(self, observation_space=observation_space, action_space=action_space, device="cpu")
+    def __init__(self, features: Box, action_space: Box, hidden: Sequence[int]) -> None:
+        Model.__init__(self, observation_space=features, action_space=action_space, device="cpu")
         GaussianMixin.__init__(self, min_log_std=MIN_LOG_STD, max_log_std=MAX_LOG_STD)
-        self.net = layers(FEATURE_SIZE, hidden, ACTION_SIZE)
+        self.net = layers(features.shape[0], hidden, ACTION_SIZE)
         self.log_std = nn.Parameter(torch.full((ACTION_SIZE,), math.log(0.6)))
 
     def compute(self, inputs: Inputs, role: str = "") -> Output:  # pyright: ignore[reportIncompatibleMethodOverride]
@@ -113,10 +113,10 @@ class GaussianPolicy(GaussianMixin, Model):
 class Value(DeterministicMixin, Model):
     """The return to expect."""
 
-    def __init__(self, observation_space: Box, action_space: Box, hidden: Sequence[int]) -> None:
-        Model.__init__(self, observation_space=observation_space, action_space=action_space, device="cpu")
+    def __init__(self, features: Box, action_space: Box, hidden: Sequence[int]) -> None:
+        Model.__init__(self, observation_space=features, action_space=action_space, device="cpu")
         DeterministicMixin.__init__(self)
-        self.net = layers(FEATURE_SIZE, hidden, 1)
+        self.net = layers(features.shape[0], hidden, 1)
 
     def compute(self, inputs: Inputs, role: str = "") -> Output:  # pyright: ignore[reportIncompatibleMethodOverride]
         """(n, 1)."""

@@ -16,7 +16,7 @@ from agent.environment.reward import front_point
 from agent.learning.learner import ActionArray, Learner
 from protocol.arrays import Float32Array, Float64Array
 from protocol.camera import Vector3
-from protocol.config import MAX_SPEED, EnvironmentConfig
+from protocol.environment_config import MAX_SPEED, EnvironmentConfig
 
 Policy: TypeAlias = Callable[[Float32Array, Sequence[Flight]], ActionArray]
 """Observations (n, 111) and the n flights that they are of, to velocities (n, 3) in m/s."""

@@ -13,8 +13,9 @@ from skrl.agents.torch.ppo import PPO, PPO_CFG
 from skrl.memories.torch import RandomMemory
 from skrl.models.torch import Model
 
-from agent.environment.spaces import action_space, observation_space
-from agent.learning.features import Features
+from agent.environment.spaces import action_space
+from agent.environment.versions import hover_task
+from agent.learning.features_v1 import make_features
 from agent.learning.learner import Statistics, Transition, learned_rewards
 from agent.learning.networks import GaussianPolicy, Value
 from agent.learning.randomness import random_state, restore_random_state, seed_all
@@ -28,7 +29,7 @@ from agent.learning.skrl_state import (
     tracked,
 )
 from protocol.arrays import Float32Array
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.learner_config import PpoConfig
 
 _UNDER_WAY = ("_current_log_prob", "_current_values", "_current_next_observations")
@@ -55,8 +56,8 @@ class PpoLearner:
         self._observed = 0
         self._learned = 0
         self._memory = RandomMemory(memory_size=config.n_steps, num_envs=num_envs, device="cpu")
-        self._policy = GaussianPolicy(observation_space(), action_space(), config.hidden_sizes)
-        self._features = Features(environment)
+        self._features = make_features(environment)
+        self._policy = GaussianPolicy(self._features.space(), action_space(), config.hidden_sizes)
         self._agent = _ppo_agent(config, environment, self._policy, self._memory)
 
     def act(self, observations: Float32Array, *, explore: bool) -> Float32Array:
@@ -130,15 +131,15 @@ class PpoLearner:
 
 
 def _ppo_agent(config: PpoConfig, environment: EnvironmentConfig, policy: GaussianPolicy, memory: RandomMemory) -> PPO:
-    spaces = (observation_space(), action_space())
-    models: dict[str, Model] = {"policy": policy, "value": Value(*spaces, config.hidden_sizes)}
+    value = Value(make_features(environment).space(), action_space(), config.hidden_sizes)
+    models: dict[str, Model] = {"policy": policy, "value": value}
     agent = PPO(
         models=models,
         memory=memory,
         cfg=_settings(config, environment),
         device="cpu",
-        observation_space=spaces[0],
-        action_space=spaces[1],
+        observation_space=hover_task(environment).observation_space(),
+        action_space=action_space(),
     )
     agent.init()
     agent.enable_training_mode(True)
@@ -159,7 +160,7 @@ def _settings(config: PpoConfig, environment: EnvironmentConfig) -> PPO_CFG:
         value_loss_scale=1.0,
         entropy_loss_scale=config.ent_coef,
         time_limit_bootstrap=True,
-        observation_preprocessor=Features,
+        observation_preprocessor=type(make_features(environment)),
         observation_preprocessor_kwargs={"workspace": environment},
     )
     settings.experiment.write_interval = settings.experiment.checkpoint_interval = 0

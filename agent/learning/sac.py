@@ -19,8 +19,9 @@ from skrl.memories.torch import Memory, RandomMemory
 from skrl.models.torch import Model
 from torch import Tensor
 
-from agent.environment.spaces import action_space, observation_space
-from agent.learning.features import FEATURE_SIZE, Features, RecentFeatures
+from agent.environment.spaces import action_space
+from agent.learning.features import RecentFeatures
+from agent.learning.features_v1 import make_features
 from agent.learning.learner import Statistics, Transition, learned_rewards
 from agent.learning.networks import Critic, SquashedPolicy
 from agent.learning.randomness import random_state, restore_random_state, seed_all
@@ -32,7 +33,7 @@ from agent.learning.skrl_state import (
     restore_optimizers,
 )
 from protocol.arrays import Float32Array
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.learner_config import SacConfig
 
 _FEATURES_AT_ONCE = 4096
@@ -55,10 +56,10 @@ class SacLearner:
         # With replacement: without, a batch costs a permutation of the whole memory.
         rows = config.buffer_size // num_envs
         self._memory = RandomMemory(memory_size=rows, num_envs=num_envs, device="cpu", replacement=True)
-        self._features = Features(environment)
+        self._features = make_features(environment)
         # In each of two steps a drone acts on an observation, and another may end its flight.
         self._recent = RecentFeatures(self._features, 4 * num_envs)
-        networks = sac_networks(config)
+        networks = sac_networks(config, self._features.space())
         self._policy = networks.policy
         self._agent = sac_agent(config, networks, self._memory)
         self._update = SacUpdate(config, self._agent, networks, self._memory)
@@ -144,15 +145,15 @@ class SacLearner:
         return {name: torch.from_numpy(np.require(array, requirements=["C", "W"])) for name, array in kept.items()}
 
     def _features_of(self, observations: Float32Array) -> Float32Array:
-        """(…, 111) to (…, FEATURE_SIZE), of many."""
+        """Of many; any leading axes."""
         rows = observations.reshape(-1, observations.shape[-1])
         pieces = [rows[first : first + _FEATURES_AT_ONCE] for first in range(0, len(rows), _FEATURES_AT_ONCE)]
         features = np.concatenate([self._features.of(piece) for piece in pieces])
-        return features.reshape(*observations.shape[:-1], FEATURE_SIZE)
+        return features.reshape(*observations.shape[:-1], self._features.size)
 
 
-def sac_networks(config: SacConfig) -> SacNetworks:
-    spaces = (observation_space(), action_space())
+def sac_networks(config: SacConfig, features: Box) -> SacNetworks:
+    spaces = (features, action_space())
     policy = SquashedPolicy(*spaces, config.hidden_sizes)
     first, second, first_target, second_target = (Critic(*spaces, config.hidden_sizes) for _ in range(4))
     return SacNetworks(policy=policy, critics=(first, second), targets=(first_target, second_target))
@@ -163,13 +164,12 @@ def sac_agent(config: SacConfig, networks: SacNetworks, memory: Memory) -> SAC:
     models: dict[str, Model] = {"policy": networks.policy}
     for number, (critic, target) in enumerate(zip(networks.critics, networks.targets, strict=True), start=1):
         models |= {f"critic_{number}": critic, f"target_critic_{number}": target}
-    features = Box(-np.inf, np.inf, (FEATURE_SIZE,))
     agent = SAC(
         models=models,
         memory=memory,
         cfg=_settings(config),
         device="cpu",
-        observation_space=features,
+        observation_space=networks.policy.observation_space,
         action_space=action_space(),
     )
     agent.init()

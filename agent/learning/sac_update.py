@@ -15,7 +15,7 @@ from torch.optim.swa_utils import get_ema_multi_avg_fn
 
 from agent.environment.spaces import ACTION_SIZE
 from agent.learning.backpropagation import Backpropagation
-from agent.learning.features import FEATURE_SIZE, to_drone_frames
+from agent.learning.features import to_drone_frames
 from agent.learning.fused_adam import FusedAdam
 from agent.learning.networks import Critic, SquashedPolicy
 from agent.learning.squashed_gaussian import SquashedGaussian, rotated
@@ -167,7 +167,7 @@ class SacUpdate:
         """(n, 3) the gradient of minus the mean of the lower of two values, by velocities in the drones' frames."""
         # Where they agree, half of each.
         lower = (0.5 + 0.5 * (second - first).sign()) / len(first)
-        columns = slice(FEATURE_SIZE, None)
+        columns = slice(-ACTION_SIZE, None)
         of_first = self._critics[0].input_gradient(-lower, columns)
         return of_first + self._critics[1].input_gradient(lower - 1.0 / len(first), columns)
 

@@ -17,7 +17,7 @@ from agent.learning.learner import Transition, learned_rewards
 from agent.learning.networks import Critic, SquashedPolicy
 from agent.learning.randomness import seed_all
 from agent.learning.skrl_state import network_weights, tracked
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.learner_config import SacConfig
 
 _CRITICS = ("critic_1", "critic_2", "target_critic_1", "target_critic_2")

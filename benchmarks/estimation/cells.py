@@ -33,7 +33,8 @@ from perception_worker.lifting import lift, windows_around, within_reach
 from perception_worker.qoe import heatmap_cells, nearest_cells, quality_of_estimation
 from perception_worker.stopwatch import Stopwatch
 from protocol.arrays import Float64Array
-from protocol.config import EnvironmentConfig, PerceptionConfig, RunConfig, settled
+from protocol.config import PerceptionConfig, RunConfig, settled
+from protocol.environment_config import EnvironmentConfig
 from protocol.frame import Frame
 from protocol.pose_estimate import FilterState
 from render_worker.renderer import open_renderer

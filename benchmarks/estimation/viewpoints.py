@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from orchestrator.pictures.view import Viewpoint, a_step_before, camera_at
 from orchestrator.pictures.worker_pair import WorkerPair
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.messages import Observe, SampleScene
 from protocol.pose_estimate import FilterState
 from protocol.scene import Split

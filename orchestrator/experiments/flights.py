@@ -19,7 +19,8 @@ from orchestrator.experiments.workers import Rate, WorkerPools
 from orchestrator.pictures.view import Viewpoint
 from protocol.arrays import AnyArray
 from protocol.camera import DepthNoise
-from protocol.config import EnvironmentConfig, RunConfig
+from protocol.config import RunConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.messages import Sampled, SampleScene
 from protocol.pose_estimate import FilterState, PoseEstimate

@@ -17,7 +17,8 @@ from orchestrator.pictures.view import a_step_before
 from orchestrator.run.run_directory import plain_toml
 from orchestrator.run.versions import Versions
 from protocol.camera import DepthNoise
-from protocol.config import EnvironmentConfig, RunConfig, settled
+from protocol.config import RunConfig, settled
+from protocol.environment_config import EnvironmentConfig
 from protocol.messages import Observe, Sampled, SampleScene
 from protocol.pose_estimate import FilterRule, FilterState, PoseEstimate
 

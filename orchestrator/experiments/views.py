@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from orchestrator.pictures.view import Viewpoint, camera_at
 from protocol.camera import Camera, DepthNoise
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.messages import Sampled, SampleScene
 from protocol.scene import TEST_IDENTITIES, TEST_POSES, TRAIN_IDENTITIES, TRAIN_POSES, Poses, Scene, Split

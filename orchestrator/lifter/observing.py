@@ -22,7 +22,7 @@ from orchestrator.lifter.views import (
 )
 from protocol.arrays import Float64Array
 from protocol.camera import Camera, CameraPose, Intrinsics
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.messages import Observe, Perceive, Render
 from protocol.scene import Scene

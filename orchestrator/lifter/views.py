@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from orchestrator.pictures.view import Viewpoint, camera_at
 from protocol.arrays import Float64Array
 from protocol.camera import Camera, DepthNoise, Intrinsics, Vector3
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.messages import SampleScene
 from protocol.pose_estimate import FilterState

@@ -152,7 +152,7 @@ def figures(progress: Progress | FrameCount) -> Iterator[str]:
     if progress.episode_return is not None:
         yield f"return {progress.episode_return:.1f}"
     if progress.uncertainty is not None:
-        yield f"uncertainty {progress.uncertainty:.2f}"
+        yield f"uncertainty {progress.uncertainty:.3g}"
 
 
 def stages_text(stages: Mapping[Stage, float]) -> str:

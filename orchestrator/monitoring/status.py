@@ -215,7 +215,7 @@ def _score_words(score: PolicyScore) -> str:
     """The score of a policy, in a line."""
     return (
         f"policy '{score.policy}' over {score.episodes} flights: return {score.total_reward.mean:.1f}, "
-        f"uncertainty {score.uncertainty.mean:.2f}, success {score.success.mean:.0%}, crash {score.crash.mean:.0%}"
+        f"uncertainty {score.uncertainty.mean:.3g}, success {score.success.mean:.0%}, crash {score.crash.mean:.0%}"
     )
 
 

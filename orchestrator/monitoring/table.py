@@ -14,7 +14,7 @@ def evaluation_table(evaluation: Evaluation) -> Table:
     episodes = max((score.episodes for score in evaluation.scores), default=0)
     table = Table(
         title=f"{episodes} flights on test identities (seeds from {evaluation.first_seed})",
-        caption=f"mean, 95% interval; success: uncertainty below {evaluation.success_threshold:g} of 10",
+        caption=_caption(evaluation),
         title_justify="left",
         caption_justify="left",
         box=box.SIMPLE_HEAD,
@@ -26,14 +26,21 @@ def evaluation_table(evaluation: Evaluation) -> Table:
     for heading in ("return", "uncertainty", "success", "crash", "length"):
         table.add_column(heading, justify="right", no_wrap=True)
     for number, score in enumerate(evaluation.scores):
-        table.add_row(*_row(score), style="bold" if number == 0 else "")
+        table.add_row(*_row(score, evaluation.in_metres), style="bold" if number == 0 else "")
     return table
 
 
-def _row(score: PolicyScore) -> tuple[Text, ...]:
+def _caption(evaluation: Evaluation) -> str:
+    threshold = evaluation.success_threshold
+    if evaluation.in_metres:
+        return f"mean, 95% interval; success: hand and upper body certain, that to {threshold:g} m; uncertainty in m"
+    return f"mean, 95% interval; success: uncertainty below {threshold:g} of 10"
+
+
+def _row(score: PolicyScore, in_metres: bool) -> tuple[Text, ...]:
     figures: tuple[tuple[Interval, Callable[[float], str]], ...] = (
         (score.total_reward, _with_decimals(1)),
-        (score.uncertainty, _with_decimals(2)),
+        (score.uncertainty, _with_decimals(4 if in_metres else 2)),
         (score.success, _percent),
         (score.crash, _percent),
         (score.length, _with_decimals(0)),

@@ -17,8 +17,9 @@ from protocol.arrays import UInt8Array
 from protocol.artifact import whole_file
 from protocol.camera import Camera, CameraPose, Intrinsics, Vector3
 from protocol.client.client import Client
-from protocol.config import EnvironmentConfig, RunConfig
+from protocol.config import RunConfig
 from protocol.config_file import load_config
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.messages import Perceive, Render, SampleScene
 from protocol.pose_estimate import FilterState

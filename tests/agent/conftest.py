@@ -1,6 +1,6 @@
 import pytest
 
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from tests.agent.analytic_sensor import AnalyticSensor
 
 

@@ -3,9 +3,11 @@ import pytest
 from msgspec.structs import replace
 
 from agent.environment.flight import take_off
+from agent.environment.hover_task import HoverV0
 from agent.evaluation import evaluate, fly, score
 from agent.learning.policies import baseline
-from protocol.config import EnvironmentConfig, EvaluationConfig, RunConfig
+from protocol.config import EvaluationConfig, RunConfig
+from protocol.environment_config import EnvironmentConfig
 from tests.agent.analytic_sensor import AnalyticSensor
 
 SHORT = EnvironmentConfig(num_envs=3, episode_steps=30)
@@ -58,7 +60,7 @@ def test_a_score_worked_by_hand(sensor: AnalyticSensor) -> None:
         replace(start, total_reward=-210.0, steps=6, outcome="too_close", quality=good),
         replace(start, total_reward=-220.0, steps=6, outcome="out_of_workspace", quality=poor),
     ]
-    table = score("hand", flights, success_threshold=1.6)
+    table = score("hand", flights, HoverV0(EnvironmentConfig(success_threshold=1.6)))
     assert (table.policy, table.episodes) == ("hand", 4)
     assert table.total_reward.mean == pytest.approx(-115.0)
     assert table.uncertainty.mean == pytest.approx((1.0 + 5.0 + 1.0 + 5.0) / 4)

@@ -3,7 +3,7 @@ import pytest
 
 from agent.environment.vector_hover import VectorHover
 from agent.flight_log import RECENT, SCRIPTED, FlightLog
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from tests.agent.analytic_sensor import AnalyticSensor
 
 

@@ -13,7 +13,8 @@ from agent.environment.vector_hover import VectorHover
 from agent.learning.algorithms import make_learner
 from agent.learning.learner import Learner
 from agent.training import transition_of
-from protocol.config import EnvironmentConfig, RunConfig, TrainingConfig
+from protocol.config import RunConfig, TrainingConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.records import Episode, Progress, Summary
 from tests.agent.analytic_sensor import TIMING, AnalyticSensor
 from tests.agent.trainings import CONFIG, trained

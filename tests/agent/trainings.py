@@ -10,7 +10,8 @@ from agent.learning.algorithms import make_learner
 from agent.learning.learner import Learner
 from agent.logbook import Clocks
 from protocol.client.dispatcher import Statistics
-from protocol.config import EnvironmentConfig, RunConfig, TrainingConfig
+from protocol.config import RunConfig, TrainingConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.failpoint import Failpoint, no_failpoint
 from protocol.learner_config import LearnerConfig, PpoConfig, SacConfig
 from protocol.records import Summary

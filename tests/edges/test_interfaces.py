@@ -19,7 +19,8 @@ from agent.environment.hover import Hover
 from agent.environment.vector_hover import VectorHover
 from perception_worker.networks import __main__ as networks_command
 from perception_worker.worker import open_perceiver
-from protocol.config import EnvironmentConfig, PerceptionConfig
+from protocol.config import PerceptionConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidConfig, InvalidInput
 from render_worker import bake
 from tests.agent.analytic_sensor import AnalyticSensor

@@ -8,8 +8,9 @@ import tomli_w
 from msgspec import Struct
 from msgspec.structs import asdict, replace
 
-from protocol.config import EnvironmentConfig, PerceptionConfig, RunConfig, settled
+from protocol.config import PerceptionConfig, RunConfig, settled
 from protocol.config_file import load_config, plain, recorded_config, resolved
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidConfig
 
 CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.toml"))

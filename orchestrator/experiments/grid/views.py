@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from orchestrator.experiments.views import identities_and_poses
 from orchestrator.pictures.view import Viewpoint, camera_at, camera_from
 from protocol.camera import Camera
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.grid.table import CELLS, CENTRE, SIDE, GridPlace
 from protocol.messages import SampleScene

@@ -12,7 +12,7 @@ from msgspec import Struct
 from orchestrator.experiments.views import View, ViewSet, view
 from orchestrator.pictures.view import Viewpoint, camera_at, camera_from
 from protocol.camera import Camera
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.scene import Scene, Split
 

@@ -19,7 +19,8 @@ from agent.environment.vector_hover import VectorHover
 from agent.flight_log import FlightLog
 from agent.learning.algorithms import make_learner
 from agent.learning.learner import Learner
-from protocol.config import EnvironmentConfig, RunConfig, TrainingConfig
+from protocol.config import RunConfig, TrainingConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput, WorkerLost
 from protocol.learner_config import LearnerConfig, PpoConfig, SacConfig
 from tests.agent.analytic_sensor import TIMING, AnalyticSensor

@@ -12,7 +12,7 @@ from tests.agent.learning.learners import stacked
 
 DRONES = 3
 ROWS_IN_A_SEGMENT = 4
-SEGMENT = ROWS_IN_A_SEGMENT * row_type(DRONES).itemsize
+SEGMENT = ROWS_IN_A_SEGMENT * row_type(DRONES, 111).itemsize
 
 
 def steps(count: int, seed: int = 0) -> list[Transition]:
@@ -31,7 +31,7 @@ def steps(count: int, seed: int = 0) -> list[Transition]:
 
 
 def journal(directory: Path, segments=()) -> ReplayJournal:
-    return ReplayJournal(directory, DRONES, segments, segment_bytes=SEGMENT)
+    return ReplayJournal(directory, DRONES, 111, segments, segment_bytes=SEGMENT)
 
 
 def filled(directory: Path, count: int) -> tuple:
@@ -132,4 +132,4 @@ def test_a_damaged_segment_is_named_and_left_alone(tmp_path, name: str, damage: 
 
 
 def test_a_row_has_no_gaps() -> None:
-    assert row_type(1).itemsize == 4 * (111 + 3 + 111) + 8 + 2
+    assert row_type(1, 111).itemsize == 4 * (111 + 3 + 111) + 8 + 2

@@ -14,7 +14,8 @@ from msgspec.structs import replace
 
 from agent.checkpointing.checkpoint import read_checkpoint
 from agent.errors import JournalDamaged, NewerFormat, NoWholeCheckpoint, OtherConfig, ResumeRefused, RunInUse
-from protocol.config import EnvironmentConfig, RunConfig, TrainingConfig
+from protocol.config import RunConfig, TrainingConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import WorkerLost
 from protocol.failpoint import Failpoints
 from protocol.learner_config import LearnerConfig, PpoConfig, SacConfig

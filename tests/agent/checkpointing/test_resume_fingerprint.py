@@ -4,7 +4,6 @@ from msgspec.structs import replace
 from agent.checkpointing.resume_fingerprint import fingerprint, require_same
 from agent.errors import OtherConfig
 from protocol.config import (
-    EnvironmentConfig,
     EvaluationConfig,
     PerceptionConfig,
     RenderConfig,
@@ -13,6 +12,7 @@ from protocol.config import (
     TimeoutsConfig,
     TrainingConfig,
 )
+from protocol.environment_config import EnvironmentConfig
 from protocol.learner_config import LearnerConfig, SacConfig
 
 CONFIG = RunConfig()

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from agent.environment.flight import Flight, camera_of, move, succeeded, take_off, with_estimate, with_reward
 from agent.environment.reward import step_reward
 from protocol.camera import project
-from protocol.config import CameraConfig, EnvironmentConfig
+from protocol.environment_config import CameraConfig, EnvironmentConfig
 from tests.agent.analytic_sensor import AnalyticSensor, observe
 
 CONFIG = EnvironmentConfig(episode_steps=3)

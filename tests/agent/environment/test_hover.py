@@ -9,7 +9,7 @@ import agent  # noqa: F401 (registers the environment)
 from agent.environment.flight import succeeded
 from agent.environment.hover import Hover
 from agent.environment.reward import step_reward
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import CallFailed, InvalidConfig, InvalidInput, WorkerLost
 from protocol.skeleton import weighted_uncertainty
 from tests.agent.analytic_sensor import TIMING, AnalyticSensor

@@ -19,7 +19,7 @@ class Flights:
             self._failures -= 1
             raise WorkerLost("nobody is there")
         self.begun.append(number)
-        return PendingFlight(flight=f"flight {number}")
+        return PendingFlight(task=None, flight=f"flight {number}")
 
 
 def test_the_episode_that_was_prepared_is_taken_without_beginning_it_again():

@@ -5,7 +5,7 @@ import pytest
 from msgspec.structs import replace
 
 from agent.environment.reward import front_point, step_reward, uncertainty_weight
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from tests.agent.analytic_sensor import AnalyticSensor
 
 CONFIG = EnvironmentConfig(

@@ -4,7 +4,7 @@ from msgspec.structs import replace
 
 from agent.environment.flight import take_off
 from agent.environment.spaces import action_space, observation_of, observation_space, require_actions
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.pose_estimate import FilterState
 from tests.agent.analytic_sensor import AnalyticSensor

@@ -4,7 +4,7 @@ import pytest
 from agent.environment.flight import camera_of, take_off
 from agent.environment.stages import StageMedians, StageTimes, times_of
 from protocol.client.pending import Timing
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from tests.agent.analytic_sensor import AnalyticSensor
 
 

@@ -14,7 +14,7 @@ from agent.checkpointing.state_tree import join, split
 from agent.environment.episode_seeds import episode_seed
 from agent.environment.hover import Hover
 from agent.environment.vector_hover import VectorHover
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput, WorkerLost
 from tests.agent.analytic_sensor import TIMING, AnalyticSensor
 

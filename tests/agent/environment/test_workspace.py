@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agent.environment.workspace import closest_approach, contains, moved, outcome_of, random_start
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 
 CONFIG = EnvironmentConfig()
 

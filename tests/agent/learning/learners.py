@@ -11,7 +11,7 @@ import torch
 from agent.environment.vector_hover import VectorHover
 from agent.learning.learner import Learner, Transition
 from agent.training import transition_of
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.learner_config import PpoConfig, SacConfig
 from tests.agent.analytic_sensor import AnalyticSensor
 

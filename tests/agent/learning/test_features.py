@@ -18,7 +18,7 @@ from agent.learning.features import (
     to_world_frame,
 )
 from protocol.arrays import Float32Array
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from tests.agent.analytic_sensor import BODY, AnalyticSensor
 
 ANGLES = st.floats(-math.pi, math.pi)

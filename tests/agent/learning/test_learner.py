@@ -3,7 +3,7 @@ import pytest
 
 from agent.learning.algorithms import make_learner
 from agent.learning.learner import learned_rewards
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidConfig
 from protocol.grid_config import GridConfig
 from protocol.learner_config import LearnerConfig, PpoConfig, RecurrentPpoConfig, SacConfig

@@ -10,7 +10,7 @@ from agent.evaluation import fly
 from agent.learning.algorithms import make_learner
 from agent.learning.policies import Policy, baseline, learned, scripted
 from agent.training import transition_of
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.learner_config import LearnerConfig, PpoConfig, SacConfig
 from tests.agent.analytic_sensor import AnalyticSensor
 

@@ -7,11 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from torch.distributions import Normal, TanhTransform, TransformedDistribution
 
-from agent.environment.spaces import action_space, observation_space
-from agent.learning.features import FEATURE_SIZE, to_world_frame
+from agent.environment.spaces import action_space
+from agent.learning.features import FEATURE_SIZE, Features, to_world_frame
 from agent.learning.networks import Critic, GaussianPolicy, SquashedPolicy, Value, layers, log_squashing
 
-SPACES = (observation_space(), action_space())
+SPACES = (Features.space(), action_space())
 
 
 @pytest.fixture

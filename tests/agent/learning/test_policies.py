@@ -12,7 +12,7 @@ from agent.environment.reward import front_point
 from agent.environment.spaces import observation_of
 from agent.environment.workspace import closest_approach
 from agent.learning.policies import BASELINES, baseline, learned, scripted, steered
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from tests.agent.analytic_sensor import AnalyticSensor
 
 CONFIG = EnvironmentConfig()

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import torch
 
-from agent.environment.spaces import action_space, observation_space
+from agent.environment.spaces import action_space
 from agent.learning.features import Features
 from agent.learning.learner import Transition
 from agent.learning.networks import Value
@@ -17,7 +17,7 @@ def learner(seed: int = 0, config: PpoConfig = PPO) -> PpoLearner:
 
 
 def values(one: PpoLearner, hidden: tuple[int, ...], observations: np.ndarray) -> np.ndarray:
-    network = Value(observation_space(), action_space(), hidden)
+    network = Value(Features.space(), action_space(), hidden)
     network.load_state_dict(parameters(one, "value"))
     with torch.no_grad():
         return network.act({"observations": Features(FLIGHTS)(torch.from_numpy(observations))})[0].numpy()[:, 0]

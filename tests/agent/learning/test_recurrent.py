@@ -3,7 +3,8 @@
 import pytest
 
 from agent.learning.learner import Learner
-from protocol.config import EnvironmentConfig, RunConfig, TrainingConfig
+from protocol.config import RunConfig, TrainingConfig
+from protocol.environment_config import EnvironmentConfig
 from tests.agent.checkpointing.comparison import differing
 from tests.agent.learning.gru_learner import RecurrentLearner
 from tests.agent.trainings import trained

@@ -5,7 +5,7 @@ import pytest
 import torch
 from msgspec.structs import replace
 
-from agent.environment.spaces import action_space, observation_space
+from agent.environment.spaces import action_space
 from agent.learning.features import Features
 from agent.learning.learner import Learner
 from agent.learning.networks import Critic
@@ -89,7 +89,7 @@ def test_a_crash_is_worth_its_reward_and_a_truncation_what_would_have_come(termi
     for _ in range(60):
         one.observe(same_again([-1.0, -1.0], terminated=terminated, truncated=not terminated))
         one.learn()
-    critic = Critic(observation_space(), action_space(), config.hidden_sizes)
+    critic = Critic(Features.space(), action_space(), config.hidden_sizes)
     critic.load_state_dict(parameters(one, "critic_1"))
     features = Features(FLIGHTS)(torch.from_numpy(same_again([0.0]).observations))
     with torch.no_grad():

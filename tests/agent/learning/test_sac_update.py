@@ -13,7 +13,7 @@ from agent.learning.features import Features
 from agent.learning.sac import sac_agent, sac_networks
 from agent.learning.sac_update import STATISTICS, SacNetworks, SacUpdate
 from agent.learning.skrl_state import network_weights, optimizers_state, restore_optimizers, tracked
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.learner_config import SacConfig
 
 CONFIG = SacConfig(hidden_sizes=(32, 24), batch_size=48)
@@ -34,7 +34,7 @@ class Apprentice:
         torch.set_num_threads(1)
         torch.manual_seed(0)
         self.config = config
-        self.networks: SacNetworks = sac_networks(config)
+        self.networks: SacNetworks = sac_networks(config, Features.space())
         for network in (self.networks.policy, *self.networks.critics, *self.networks.targets):
             network.to(dtype)
         self.memory = RandomMemory(memory_size=500, device="cpu", replacement=True)

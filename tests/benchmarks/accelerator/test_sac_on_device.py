@@ -5,7 +5,7 @@ from msgspec.structs import replace
 from agent.learning.algorithms import make_learner
 from benchmarks.accelerator.sac_on_device import SacOnDevice
 from benchmarks.stages_alone import measured_updates
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.learner_config import LearnerConfig, SacConfig
 
 ENVIRONMENT = EnvironmentConfig(num_envs=4)

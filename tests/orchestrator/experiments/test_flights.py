@@ -7,7 +7,7 @@ import pytest
 from orchestrator.experiments.flights import FlightSet, courses, filter_columns, scene_view, viewpoints
 from orchestrator.experiments.views import FAMILIES, ViewSet
 from orchestrator.pictures.view import Viewpoint
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.pose_estimate import FilterState, PoseEstimate
 

@@ -6,7 +6,7 @@ import pytest
 from msgspec.structs import replace
 
 from orchestrator.experiments.views import DRAWS_AT_ONCE, FAMILIES, ViewSet, camera_of, scenes_of, view
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.messages import Sampled
 from protocol.scene import Arm, BodyPose, Scene, Sun

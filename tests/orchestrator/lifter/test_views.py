@@ -12,7 +12,7 @@ from orchestrator.lifter.views import (
     identity_of,
     scene_request,
 )
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.scene import TRAIN_IDENTITIES, Figure
 from tests.protocol.values.samples import SCENE

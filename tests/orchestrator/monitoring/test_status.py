@@ -132,7 +132,7 @@ def test_a_finished_run_tells_what_it_came_to_and_no_progress_as_if_it_were_now(
     text = text_of(status)
     assert f"the run finished on {moment(1e9)}" in text
     assert "trained 1600 steps in 3:12" in text
-    assert "policy 'sac' over 5 flights: return 0.5, uncertainty 0.50, success 50%, crash 50%" in text
+    assert "policy 'sac' over 5 flights: return 0.5, uncertainty 0.5, success 50%, crash 50%" in text
     assert f"weights.safetensors, evaluation.json, logs in {finished.path.resolve()}" in text.replace("\n", "")
     assert f"'orchestrator evaluate {finished.path}'" in text.replace("\n", "")
     for stale in ("1404", "steps/s   ", "not running", "go on with it"):

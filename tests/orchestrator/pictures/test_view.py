@@ -17,7 +17,7 @@ from orchestrator.pictures.view import (
     write_picture,
 )
 from protocol.camera import project
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidConfig, InvalidInput
 from protocol.scene import Arm, BodyPose, Scene, Sun
 

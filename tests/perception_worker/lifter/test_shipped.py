@@ -12,7 +12,8 @@ from msgspec.structs import replace
 from orchestrator.pictures.view import Viewpoint, camera_at
 from perception_worker.perceive import Perceiver
 from perception_worker.worker import open_perceiver
-from protocol.config import EnvironmentConfig, PerceptionConfig, RenderConfig, settled
+from protocol.config import PerceptionConfig, RenderConfig, settled
+from protocol.environment_config import EnvironmentConfig
 from protocol.frame import Frame
 from protocol.pose_estimate import FilterState, PoseEstimate
 from render_worker.renderer import open_renderer

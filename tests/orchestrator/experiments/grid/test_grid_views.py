@@ -13,7 +13,7 @@ from orchestrator.experiments.grid.views import (
     glance_camera,
     subject_of,
 )
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.grid.table import CENTRE, cell_of
 from protocol.messages import SampleScene

@@ -15,7 +15,7 @@ from orchestrator.experiments.next_view.views import (
 )
 from orchestrator.experiments.views import scenes_of
 from orchestrator.pictures.view import Viewpoint
-from protocol.config import EnvironmentConfig
+from protocol.environment_config import EnvironmentConfig
 from protocol.errors import InvalidInput
 from protocol.scene import Arm, BodyPose, Scene, Sun
 from tests.orchestrator.experiments.test_views import ask
