@@ -35,7 +35,7 @@ def _sections(figures: GridFigures, plots: str) -> Iterator[str]:
     yield (
         f"{figures.trainings} trainings, {figures.steps / 1e6:.1f} million steps, {figures.hours:.1f} hours of "
         "training, each on one core.\nEvery start in every test environment is walked; moves are drawn by the policy.\n"
-        "Figures are means over seeds, with Student's 95% interval; a baseline learns nothing and has none.\n"
+        "Figures are means over seeds, with Student's 95% interval, for shares within 0 and 1; a baseline has none.\n"
     )
     for threshold in figures.thresholds:
         yield from _threshold_section(threshold)

@@ -118,6 +118,13 @@ def seed_figure(values: Iterable[float | None]) -> Figure:
     return Figure(value=mean, low=mean - half, high=mean + half)
 
 
+def seed_share(values: Iterable[float]) -> Figure:
+    """The same of shares: the interval ends at 0 and 1."""
+    figure = seed_figure(values)
+    # NaN stays: a comparison with it is false.
+    return Figure(value=figure.value, low=max(figure.low, 0.0), high=min(figure.high, 1.0))
+
+
 def _runs_of(out: Path, variant: str) -> Iterable[TrainedRun]:
     for path in sorted(out.glob(f"{variant}-seed-*"), key=lambda path: (len(path.name), path.name)):
         directory = RunDirectory(path)
@@ -157,9 +164,9 @@ def _figures(name: str, scores: Sequence[GridScore]) -> VariantFigures:
     return VariantFigures(
         policy=name,
         seeds=len(scores),
-        success=over_seeds(lambda score: score.success.mean),
-        success_of_solvable=over_seeds(lambda score: score.success_of_solvable.mean),
-        crash=over_seeds(lambda score: score.crash.mean),
+        success=seed_share(score.success.mean for score in scores),
+        success_of_solvable=seed_share(score.success_of_solvable.mean for score in scores),
+        crash=seed_share(score.crash.mean for score in scores),
         length=over_seeds(lambda score: score.length.mean),
         length_deviation=float(np.mean([score.length_deviation for score in scores])),
         success_length=over_seeds(lambda score: score.success_length and score.success_length.mean),

@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from orchestrator.experiments.grid.page import page
-from orchestrator.experiments.grid.results import grid_figures, seed_figure, trained_runs
+from orchestrator.experiments.grid.results import grid_figures, seed_figure, seed_share, trained_runs
 from orchestrator.experiments.grid.variants import VARIANTS, trainings
 from protocol.config import RunConfig
 from protocol.errors import InvalidInput
@@ -73,6 +73,14 @@ def test_a_figure_over_seeds_has_students_interval() -> None:
     assert found.value == pytest.approx(0.9)
     assert found.high - 0.9 == pytest.approx(4.30265 * 0.1 / 3**0.5, rel=1e-4)
     assert found.low == pytest.approx(1.8 - found.high)
+
+
+def test_the_interval_of_shares_ends_at_none_and_all() -> None:
+    high, low, one = seed_share([0.8, 0.9, 1.0]), seed_share([0.0, 0.0, 0.3]), seed_share([0.5])
+    assert (high.value, high.high) == (pytest.approx(0.9), 1.0)
+    assert high.low == seed_figure([0.8, 0.9, 1.0]).low
+    assert (low.value, low.low) == (pytest.approx(0.1), 0.0)
+    assert one.low != one.low
 
 
 def test_one_seed_has_no_interval_and_none_no_figure() -> None:
