@@ -69,7 +69,7 @@ class SacOnDevice:
         return network_weights(self._agent)
 
     def _made_agent(self, environment: EnvironmentConfig) -> SAC:
-        config, spaces = self._config, (observation_space(), action_space())
+        config, spaces = self._config, (Features.space(), action_space())
         models: dict[str, Model] = {"policy": SquashedPolicy(*spaces, config.hidden_sizes)}
         models |= {name: Critic(*spaces, config.hidden_sizes) for name in _CRITICS}
         for model in models.values():
@@ -90,8 +90,8 @@ class SacOnDevice:
             memory=self._memory,
             cfg=settings,
             device=str(self._device),
-            observation_space=spaces[0],
-            action_space=spaces[1],
+            observation_space=observation_space(),
+            action_space=action_space(),
         )
         agent.init()
         agent.write_interval = 1
