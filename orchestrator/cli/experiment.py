@@ -1,6 +1,5 @@
 """`orchestrator experiment`: measures the error of pose estimates, and how well their quality predicts it."""
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -9,7 +8,7 @@ import typer
 from orchestrator.cli.grid import grid_app
 from orchestrator.cli.grid_training import grid_training_app
 from orchestrator.cli.next_view import next_view_app
-from orchestrator.cli.observation import complete, require_libraries
+from orchestrator.cli.observation import complete, require_libraries, worker_settings
 from orchestrator.cli.options import (
     AllowedOption,
     InsecureOption,
@@ -19,14 +18,13 @@ from orchestrator.cli.options import (
     WorkersConfigArgument,
     WorkersOption,
     examples,
+    host_to_join,
     worker_count,
 )
-from orchestrator.hosting.joining import join_of
 from orchestrator.terminal.output import print_json, print_line
 from protocol.artifact import require_place
 from protocol.camera import DepthNoise
-from protocol.config import RunConfig
-from protocol.config_file import load_config, require_recorded_files, with_checksums
+from protocol.config_file import require_recorded_files
 from protocol.scene import Split
 
 if TYPE_CHECKING:
@@ -38,6 +36,25 @@ experiment_app = typer.Typer(
 grid_app.add_typer(grid_training_app)
 experiment_app.add_typer(grid_app, name="grid")
 experiment_app.add_typer(next_view_app)
+
+
+NoiseOption = Annotated[
+    Literal["both", "none", "d435i"], typer.Option(help="Of the depth; with both, each view is rendered twice.")
+]
+PosesOption = Annotated[
+    Literal["kinds", "families"], typer.Option(help="Of the people; families are poses that occur in no training.")
+]
+OutOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR",
+        help="The directory; families have -families appended.",
+        show_default="runs/experiments/qoe-SPLIT-SEED",
+    ),
+]
+ViewsOption = Annotated[
+    int, typer.Option(min=1, help="Views in a row of one scene: making a scene takes as long as nine pictures.")
+]
 
 
 @experiment_app.command(
@@ -53,28 +70,15 @@ def qoe(
     frames: Annotated[int, typer.Option(min=1, help="How many views.")] = 5000,
     split: Annotated[Split, typer.Option(help="The split of identities.")] = "test",
     seed: Annotated[int, typer.Option(min=0, help="Of the views.")] = 0,
-    noise: Annotated[
-        Literal["both", "none", "d435i"], typer.Option(help="Of the depth; with both, each view is rendered twice.")
-    ] = "both",
-    poses: Annotated[
-        Literal["kinds", "families"], typer.Option(help="Of the people; families are poses that occur in no training.")
-    ] = "kinds",
+    noise: NoiseOption = "both",
+    poses: PosesOption = "kinds",
     workers: WorkersOption = None,
     join: JoinOption = None,
     key: KeyOption = None,
     allowed: AllowedOption = None,
     insecure: InsecureOption = False,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="The directory; families have -families appended.",
-            show_default="runs/experiments/qoe-SPLIT-SEED",
-        ),
-    ] = None,
-    views_a_scene: Annotated[
-        int, typer.Option(min=1, help="Views in a row of one scene: making a scene takes as long as nine pictures.")
-    ] = 4,
+    out: OutOption = None,
+    views_a_scene: ViewsOption = 4,
     frames_a_part: Annotated[int, typer.Option(min=1, help="Views that a kill loses at most.", hidden=True)] = 250,
     json: JsonOption = False,
 ) -> None:
@@ -86,7 +90,6 @@ def qoe(
     from orchestrator.experiments import qoe as experiment
     from orchestrator.experiments.directory import ExperimentDirectory, default_path
     from orchestrator.experiments.views import ViewSet
-    from orchestrator.experiments.workers import with_workers
 
     noises: tuple[DepthNoise, ...] = ("none", "d435i") if noise == "both" else (noise,)
     views = ViewSet(
@@ -98,10 +101,8 @@ def qoe(
         frames_a_part=frames_a_part,
         poses=poses,
     )
-    count = worker_count(workers, join)
-    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
-    told = load_config(config) if config else RunConfig()
-    settings = with_workers(told if host else with_checksums(told), count)
+    host = host_to_join(join, key, allowed, insecure)
+    settings = worker_settings(config, workers, host)
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
     parts = experiment.table_parts(directory, views)
     complete(directory, parts, settings, host, lambda pools: experiment.observe_views(parts, views, settings, pools))
@@ -132,11 +133,11 @@ def flights(
     found = ExperimentDirectory.open(directory)
     recorded = found.config()
     require_recorded_files(recorded)
-    views, settings = found.views(), with_workers(recorded, worker_count(workers, join))
+    host = host_to_join(join, key, allowed, insecure)
+    views, settings = found.views(), with_workers(recorded, worker_count(workers, host))
     flight_set = flying.FlightSet(scenes=scenes, steps=steps, depth_noises=views.depth_noises)
     found.require_same(found.flight_set_path, flight_set)
     parts = flying.flight_parts(found, flight_set)
-    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
     complete(found, parts, settings, host, lambda workers: flying.fly(parts, flight_set, views, settings, workers))
     _print_results(found, json)
 

@@ -1,13 +1,11 @@
 """`orchestrator experiment grid`: exploration on a grid of views around people."""
 
-import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from msgspec.structs import replace
 
-from orchestrator.cli.observation import complete, require_libraries
+from orchestrator.cli.observation import complete, require_libraries, worker_settings
 from orchestrator.cli.options import (
     AllowedOption,
     InsecureOption,
@@ -19,15 +17,13 @@ from orchestrator.cli.options import (
     WorkersOption,
     at_work,
     examples,
+    host_to_join,
     worker_count,
 )
-from orchestrator.hosting.joining import join_of
 from orchestrator.run.versions import collect_versions
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 from orchestrator.terminal.command_group import FAILED
 from orchestrator.terminal.output import print_json, print_line
-from protocol.config import RunConfig
-from protocol.config_file import load_config, with_checksums
 from protocol.grid.table import read_stored_table
 
 grid_app = typer.Typer(help="Exploration: where to look, on a grid of views around people.", no_args_is_help=True)
@@ -69,12 +65,9 @@ def build(
     from orchestrator.experiments.grid.storing import store
     from orchestrator.experiments.grid.summary import summary_of
     from orchestrator.experiments.grid.views import GridViews
-    from orchestrator.experiments.workers import with_workers
 
-    count = worker_count(workers, join)
-    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
-    told = replace(load_config(config) if config else RunConfig(), profile=profile)
-    settings = with_workers(told if host else with_checksums(told), count)
+    host = host_to_join(join, key, allowed, insecure)
+    settings = worker_settings(config, workers, host, profile=profile)
     views = GridViews(train=train, test=test, seed=seed)
     directory = GridDirectory.open_for(out or default_path(profile), settings, views)
     parts = directory.parts()
@@ -113,8 +106,8 @@ def check(
 
     stored = read_stored_table(table)
     told, views = checking.settings_of(stored, table)
-    settings = with_workers(told, worker_count(workers, join))
-    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
+    host = host_to_join(join, key, allowed, insecure)
+    settings = with_workers(told, worker_count(workers, host))
     numbers = checking.spread_over(len(stored.places), environments)
     with at_work() as (display, stop), experiment_workers(settings, host, display=display, stop=stop) as pools:
         checking.require_alike(stored.recipe, pools.capabilities())

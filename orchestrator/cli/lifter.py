@@ -1,25 +1,22 @@
 """`orchestrator lifter`: renders the training views of a lifter, and fits it by the perception worker's own command."""
 
-import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from orchestrator.cli.observation import complete
+from orchestrator.cli.observation import complete, worker_settings
 from orchestrator.cli.options import (
     AllowedOption,
     InsecureOption,
     JoinOption,
     KeyOption,
+    WorkersConfigArgument,
     WorkersOption,
     examples,
-    worker_count,
+    host_to_join,
 )
 from orchestrator.cli.setup_command import run_setup
-from orchestrator.hosting.joining import join_of
-from protocol.config import RunConfig
-from protocol.config_file import load_config, with_checksums
 from protocol.system.stop_request import stop_on_signals
 
 _MODULE = "perception_worker.lifter"
@@ -37,10 +34,7 @@ lifter_app = typer.Typer(
     ),
 )
 def fit(
-    config: Annotated[
-        Path | None,
-        typer.Argument(metavar="[CONFIG]", help="The configuration of the workers.", show_default="every default"),
-    ] = None,
+    config: WorkersConfigArgument = None,
     frames: Annotated[int, typer.Option(min=1, help="How many views to learn from.")] = 60000,
     seed: Annotated[int, typer.Option(min=0, help="Of the views and of the training.")] = 0,
     wide: Annotated[
@@ -63,15 +57,12 @@ def fit(
 
     After a stop or a kill, the same command continues with the next part of the views, or the next epoch.
     """
-    from orchestrator.experiments.workers import with_workers
     from orchestrator.lifter.directory import DEFAULT_PATH, FitDirectory
     from orchestrator.lifter.observing import observe_fit_views
     from orchestrator.lifter.views import FitViews
 
-    count = worker_count(workers, join)
-    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
-    told = load_config(config) if config else RunConfig()
-    settings = with_workers(told if host else with_checksums(told), count)
+    host = host_to_join(join, key, allowed, insecure)
+    settings = worker_settings(config, workers, host)
     views = FitViews(frames=frames, seed=seed, wide=wide)
     directory = FitDirectory.open_for(out or DEFAULT_PATH, settings, views)
     parts = directory.parts()

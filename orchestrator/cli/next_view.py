@@ -1,13 +1,11 @@
 """`orchestrator experiment next-view`: which camera around the present one sees a person best."""
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from msgspec.structs import replace
 
-from orchestrator.cli.observation import complete, require_libraries
+from orchestrator.cli.observation import complete, require_libraries, worker_settings
 from orchestrator.cli.options import (
     AllowedOption,
     InsecureOption,
@@ -18,13 +16,10 @@ from orchestrator.cli.options import (
     WorkersConfigArgument,
     WorkersOption,
     examples,
-    worker_count,
+    host_to_join,
 )
 from orchestrator.cli.setup_command import run_setup
-from orchestrator.hosting.joining import join_of
 from orchestrator.terminal.output import print_json, print_line
-from protocol.config import RunConfig
-from protocol.config_file import load_config, with_checksums
 from protocol.system.stop_request import stop_on_signals
 
 if TYPE_CHECKING:
@@ -71,12 +66,9 @@ def next_view(
     from orchestrator.experiments.next_view.observing import observe_arrays
     from orchestrator.experiments.next_view.results import publish
     from orchestrator.experiments.next_view.views import ArrayViews
-    from orchestrator.experiments.workers import with_workers
 
-    count = worker_count(workers, join)
-    host = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
-    told = replace(load_config(config) if config else RunConfig(), profile=profile)
-    settings = with_workers(told if host else with_checksums(told), count)
+    host = host_to_join(join, key, allowed, insecure)
+    settings = worker_settings(config, workers, host, profile=profile)
     views = ArrayViews(train=train, test=test, seed=seed, spacing=spacing)
     directory = NextViewDirectory.open_for(out or default_path(profile), settings, views)
     parts = directory.parts()

@@ -2,13 +2,17 @@
 
 import importlib.util
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from orchestrator.cli.options import at_work
+from msgspec.structs import replace
+
+from orchestrator.cli.options import at_work, worker_count
 from orchestrator.hosting.joining import Join
 from orchestrator.run.versions import collect_versions
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
-from protocol.config import RunConfig
+from protocol.config import Profile, RunConfig
+from protocol.config_file import load_config, with_checksums
 from protocol.errors import InvalidInput, VantageError
 
 if TYPE_CHECKING:
@@ -48,6 +52,28 @@ def complete(
                 f"the parts observed so far are kept in {directory.path}: the same command continues from there"
             )
             raise
+
+
+def worker_settings(
+    config: Path | None, workers: int | None, host: Join | None, *, profile: Profile | None = None
+) -> RunConfig:
+    """The configuration of the workers that observe: a file's, or every default.
+
+    Args:
+        workers: perception workers; one for each core if it is left out.
+        host: whose workers are used instead of local ones; these have files of their own.
+        profile: in place of the file's.
+
+    Raises:
+        InvalidInput: `workers` is given with a host.
+        InvalidConfig: the file is invalid.
+    """
+    from orchestrator.experiments.workers import with_workers
+
+    count = worker_count(workers, host)
+    told = load_config(config) if config else RunConfig()
+    told = told if profile is None else replace(told, profile=profile)
+    return with_workers(told if host else with_checksums(told), count)
 
 
 def require_libraries() -> None:

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from orchestrator.hosting.joining import Join, join_of
 from orchestrator.monitoring.live_display import Display, open_display
 from orchestrator.terminal.console import open_console
 from protocol.config import Profile
@@ -69,15 +70,20 @@ def endpoint(http: str | None, token: Path | None) -> Endpoint | None:
     return endpoint_from(None if http is None else parse_endpoint(http), token, os.environ)
 
 
-def worker_count(workers: int | None, join: str | None) -> int:
+def worker_count(workers: int | None, host: Join | None) -> int:
     """The number of perception workers: `--workers`, or one for each core.
 
     Raises:
         InvalidInput: `--workers` is given with `--join`.
     """
-    if workers is not None and join is not None:
+    if workers is not None and host is not None:
         raise InvalidInput("--workers sets how many workers to start here; with --join, the host's workers are used")
     return workers or os.cpu_count() or 1
+
+
+def host_to_join(join: str | None, key: Path | None, allowed: Path | None, insecure: bool) -> Join | None:
+    """The host that `--join` asks for, by the keys of the other options; None without it. Errors as `join_of`."""
+    return join_of(join, key, allowed, insecure=insecure, environment=os.environ)
 
 
 @contextmanager

@@ -1,6 +1,5 @@
 """`orchestrator train` and `resume`: a run from its configuration to its report."""
 
-import os
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
@@ -20,9 +19,9 @@ from orchestrator.cli.options import (
     at_work,
     endpoint,
     examples,
+    host_to_join,
 )
 from orchestrator.errors import HostNotTold
-from orchestrator.hosting.joining import join_of
 from orchestrator.monitoring.report import report_view, training_report
 from orchestrator.monitoring.telemetry import run_telemetry
 from orchestrator.run.run_directory import Plan, RunDirectory, default_run_path
@@ -75,7 +74,7 @@ def train(
     With --join, the run uses the workers of a host ('orchestrator host'), which may be on other machines, and only the
     agent is started here. The host is told when the run is done.
     """
-    joining = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
+    joining = host_to_join(join, key, allowed, insecure)
     settings = for_a_run(load_config(config), joined=joining is not None)
     if or_resume and run is None:
         raise InvalidInput("--or-resume needs --run, which names the run to resume")
@@ -117,7 +116,7 @@ def resume(
     For a finished run, the report is printed again.
     """
     directory = RunDirectory.open(run)
-    joining = join_of(join, key, allowed, insecure=insecure, environment=os.environ)
+    joining = host_to_join(join, key, allowed, insecure)
     served = endpoint(http, http_token)
     settings = directory.verified_config()
     with at_work() as (display, stop), run_telemetry(served, directory.name, display) as monitors:

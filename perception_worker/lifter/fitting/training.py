@@ -1,9 +1,9 @@
 """Training of a lifter's network in epochs. A killed training resumes after the last whole epoch."""
 
 import logging
-import pickle
 from collections.abc import Callable
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import Any
 
 import torch
@@ -57,7 +57,7 @@ class Kept(Struct, frozen=True):
             held = torch.load(self.path, weights_only=True)
         except FileNotFoundError:
             return None
-        except (OSError, RuntimeError, EOFError, pickle.UnpicklingError) as error:
+        except (OSError, RuntimeError, EOFError, UnpicklingError) as error:
             _logger.warning("%s can't be read, so training begins anew: %s", self.path, error)
             return None
         return held if isinstance(held, dict) and held.get("fit") == self.fit else None
