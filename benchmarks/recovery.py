@@ -25,7 +25,7 @@ from agent.environment.vector_hover import VectorHover
 from agent.learning.policies import scripted
 from benchmarks.machine import machine_kind
 from orchestrator.monitoring.live_display import Display, open_display
-from orchestrator.run.run_directory import resolved_toml
+from orchestrator.run.config_toml import resolved_toml
 from orchestrator.run.socket_directory import socket_directory
 from orchestrator.session import Session
 from orchestrator.supervision.fleet import Fleet

@@ -31,7 +31,7 @@ from orchestrator.chaos.scenarios.catalogue import chosen
 from orchestrator.chaos.schedule import plan, strike_times
 from orchestrator.chaos.settings import rehearsal_config
 from orchestrator.monitoring.live_display import Display, Snapshot, open_display
-from orchestrator.run.run_directory import resolved_toml
+from orchestrator.run.config_toml import resolved_toml
 from protocol.config import RunConfig
 from protocol.config_file import load_config
 from protocol.system.process_start import process_start

@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from orchestrator.monitoring.live_display import Display, SilentDisplay
-from orchestrator.run.run_directory import resolved_toml
+from orchestrator.run.config_toml import resolved_toml
 from orchestrator.run.run_log import log_directory
 from orchestrator.run.socket_directory import socket_directory
 from orchestrator.session import Session

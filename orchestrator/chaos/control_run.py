@@ -10,7 +10,8 @@ from msgspec import Struct
 from orchestrator.chaos.errors import RehearsalFailed
 from orchestrator.chaos.progress_log import ProgressLog
 from orchestrator.chaos.rehearsed_run import RehearsedRun
-from orchestrator.run.run_directory import RunDirectory, resolved_toml
+from orchestrator.run.config_toml import resolved_toml
+from orchestrator.run.run_directory import RunDirectory
 from orchestrator.run.versions import collect_versions
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 from protocol.config import RunConfig

@@ -19,7 +19,7 @@ from orchestrator.chaos.schedule import PlannedFault, plan
 from orchestrator.chaos.settings import rehearsal_config
 from orchestrator.chaos.step_limit import StepLimit
 from orchestrator.monitoring.live_display import Display, Snapshot
-from orchestrator.run.run_directory import resolved_toml
+from orchestrator.run.config_toml import resolved_toml
 from protocol.config_file import load_config
 from protocol.system.stop_request import StopRequest
 

@@ -14,7 +14,8 @@ from orchestrator.chaos.errors import NotRecovered, RehearsalFailed, RunEnded
 from orchestrator.chaos.progress_log import ProgressLog
 from orchestrator.chaos.scenarios.children import MARK, Children, end, marked
 from orchestrator.run.json_lines import last_lines
-from orchestrator.run.run_directory import ProcessRecord, RunDirectory
+from orchestrator.run.process_record import ProcessRecord
+from orchestrator.run.run_directory import RunDirectory
 from orchestrator.run.socket_directory import sockets_of
 from orchestrator.supervision.launch import module_command
 from orchestrator.supervision.process_handle import creation_time

@@ -101,7 +101,7 @@ def qoe(
         frames_a_part=frames_a_part,
         poses=poses,
     )
-    host = host_to_join(join, key, allowed, insecure)
+    host = host_to_join(join, key, allowed, insecure, workers)
     settings = worker_settings(config, workers, host)
     directory = ExperimentDirectory.open_for(out or default_path(views), settings, views)
     parts = experiment.table_parts(directory, views)
@@ -133,8 +133,8 @@ def flights(
     found = ExperimentDirectory.open(directory)
     recorded = found.config()
     require_recorded_files(recorded)
-    host = host_to_join(join, key, allowed, insecure)
-    views, settings = found.views(), with_workers(recorded, worker_count(workers, host))
+    host = host_to_join(join, key, allowed, insecure, workers)
+    views, settings = found.views(), with_workers(recorded, worker_count(workers))
     flight_set = flying.FlightSet(scenes=scenes, steps=steps, depth_noises=views.depth_noises)
     found.require_same(found.flight_set_path, flight_set)
     parts = flying.flight_parts(found, flight_set)

@@ -66,7 +66,7 @@ def build(
     from orchestrator.experiments.grid.summary import summary_of
     from orchestrator.experiments.grid.views import GridViews
 
-    host = host_to_join(join, key, allowed, insecure)
+    host = host_to_join(join, key, allowed, insecure, workers)
     settings = worker_settings(config, workers, host, profile=profile)
     views = GridViews(train=train, test=test, seed=seed)
     directory = GridDirectory.open_for(out or default_path(profile), settings, views)
@@ -106,8 +106,8 @@ def check(
 
     stored = read_stored_table(table)
     told, views = checking.settings_of(stored, table)
-    host = host_to_join(join, key, allowed, insecure)
-    settings = with_workers(told, worker_count(workers, host))
+    host = host_to_join(join, key, allowed, insecure, workers)
+    settings = with_workers(told, worker_count(workers))
     numbers = checking.spread_over(len(stored.places), environments)
     with at_work() as (display, stop), experiment_workers(settings, host, display=display, stop=stop) as pools:
         checking.require_alike(stored.recipe, pools.capabilities())

@@ -61,7 +61,7 @@ def fit(
     from orchestrator.lifter.observing import observe_fit_views
     from orchestrator.lifter.views import FitViews
 
-    host = host_to_join(join, key, allowed, insecure)
+    host = host_to_join(join, key, allowed, insecure, workers)
     settings = worker_settings(config, workers, host)
     views = FitViews(frames=frames, seed=seed, wide=wide)
     directory = FitDirectory.open_for(out or DEFAULT_PATH, settings, views)

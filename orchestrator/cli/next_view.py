@@ -67,7 +67,7 @@ def next_view(
     from orchestrator.experiments.next_view.results import publish
     from orchestrator.experiments.next_view.views import ArrayViews
 
-    host = host_to_join(join, key, allowed, insecure)
+    host = host_to_join(join, key, allowed, insecure, workers)
     settings = worker_settings(config, workers, host, profile=profile)
     views = ArrayViews(train=train, test=test, seed=seed, spacing=spacing)
     directory = NextViewDirectory.open_for(out or default_path(profile), settings, views)

@@ -65,15 +65,13 @@ def worker_settings(
         profile: in place of the file's.
 
     Raises:
-        InvalidInput: `workers` is given with a host.
         InvalidConfig: the file is invalid.
     """
     from orchestrator.experiments.workers import with_workers
 
-    count = worker_count(workers, host)
     told = load_config(config) if config else RunConfig()
     told = told if profile is None else replace(told, profile=profile)
-    return with_workers(told if host else with_checksums(told), count)
+    return with_workers(told if host else with_checksums(told), worker_count(workers))
 
 
 def require_libraries() -> None:

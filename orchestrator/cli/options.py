@@ -70,19 +70,22 @@ def endpoint(http: str | None, token: Path | None) -> Endpoint | None:
     return endpoint_from(None if http is None else parse_endpoint(http), token, os.environ)
 
 
-def worker_count(workers: int | None, host: Join | None) -> int:
-    """The number of perception workers: `--workers`, or one for each core.
-
-    Raises:
-        InvalidInput: `--workers` is given with `--join`.
-    """
-    if workers is not None and host is not None:
-        raise InvalidInput("--workers sets how many workers to start here; with --join, the host's workers are used")
+def worker_count(workers: int | None) -> int:
+    """The number of perception workers: `--workers`, or one for each core."""
     return workers or os.cpu_count() or 1
 
 
-def host_to_join(join: str | None, key: Path | None, allowed: Path | None, insecure: bool) -> Join | None:
-    """The host that `--join` asks for, by the keys of the other options; None without it. Errors as `join_of`."""
+def host_to_join(
+    join: str | None, key: Path | None, allowed: Path | None, insecure: bool, workers: int | None = None
+) -> Join | None:
+    """The host that `--join` asks for, by the keys of the other options; None without it.
+
+    Raises:
+        InvalidInput: `--workers` is given with `--join`; or as `join_of`.
+        AddressUnavailable: the address is invalid.
+    """
+    if workers is not None and join is not None:
+        raise InvalidInput("--workers sets how many workers to start here; with --join, the host's workers are used")
     return join_of(join, key, allowed, insecure=insecure, environment=os.environ)
 
 

@@ -7,7 +7,8 @@ import typer
 
 from orchestrator.cli.options import JsonOption, examples
 from orchestrator.monitoring.status import RunStatus, run_status, status_view
-from orchestrator.run.run_directory import RunDirectory, newest_run
+from orchestrator.run.run_directory import RunDirectory
+from orchestrator.run.runs import newest_run
 from orchestrator.terminal.command_group import FAILED
 from orchestrator.terminal.output import print_json, show
 from protocol.errors import InvalidInput

@@ -24,7 +24,8 @@ from orchestrator.cli.options import (
 from orchestrator.errors import HostNotTold
 from orchestrator.monitoring.report import report_view, training_report
 from orchestrator.monitoring.telemetry import run_telemetry
-from orchestrator.run.run_directory import Plan, RunDirectory, default_run_path
+from orchestrator.run.run_directory import Plan, RunDirectory
+from orchestrator.run.runs import default_run_path
 from orchestrator.run.versions import collect_versions
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT
 from orchestrator.terminal.output import print_json, show

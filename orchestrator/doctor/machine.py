@@ -12,7 +12,7 @@ import zmq
 
 from orchestrator.doctor.check import Check
 from orchestrator.run.directory_lock import directory_lock
-from orchestrator.run.run_directory import RUNS
+from orchestrator.run.runs import RUNS
 from orchestrator.run.socket_directory import socket_directory
 from protocol.artifact import cache_directory, whole_file
 from protocol.system.cores import available_cores

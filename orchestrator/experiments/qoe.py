@@ -14,7 +14,7 @@ from orchestrator.experiments.views import SeededScene, View, ViewSet, camera_of
 from orchestrator.experiments.views_directory import what_counts
 from orchestrator.experiments.workers import Rate, WorkerPools
 from orchestrator.pictures.view import a_step_before
-from orchestrator.run.run_directory import plain_toml
+from orchestrator.run.config_toml import plain_toml
 from orchestrator.run.versions import Versions
 from protocol.camera import DepthNoise
 from protocol.config import RunConfig, settled

@@ -10,8 +10,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from orchestrator.errors import NoSuchRun
+from orchestrator.run.config_toml import resolved_toml
 from orchestrator.run.directory_lock import directory_lock
-from orchestrator.run.run_directory import LOCK_PATIENCE, resolved_toml
+from orchestrator.run.run_directory import LOCK_PATIENCE
 from protocol.artifact import whole_file
 from protocol.config import EvaluationConfig, RenderConfig, RunConfig, SupervisionConfig, TimeoutsConfig
 from protocol.config_file import load_resolved_config, require_recorded_files, with_content_alone

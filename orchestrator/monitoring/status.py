@@ -16,8 +16,9 @@ from rich.text import Text
 from orchestrator.monitoring.live_display import figures, workers_table
 from orchestrator.monitoring.report import trained_words
 from orchestrator.run.ending import Ending
+from orchestrator.run.process_record import ProcessRecord
 from orchestrator.run.restart import count_restarts
-from orchestrator.run.run_directory import ProcessRecord, RunDirectory
+from orchestrator.run.run_directory import RunDirectory
 from orchestrator.supervision.heartbeat import SILENT, Health, Heartbeat, is_alive
 from protocol.errors import DamagedRecord, InvalidConfig
 from protocol.records import Evaluation, PolicyScore, Progress, Summary

@@ -5,66 +5,36 @@ The orchestrator makes the directory atomically and never overwrites one; the ag
 
 from collections.abc import Collection, Generator, Sequence
 from contextlib import contextmanager
-from datetime import datetime
 from pathlib import Path
 from typing import TypeVar
 
 import msgspec
 import psutil
-import tomli_w
 from msgspec import Struct
 
 from orchestrator.errors import NoLocks, NoSuchRun, RunBusy, RunError, RunExists, RunNotWritable
+from orchestrator.run.config_toml import resolved_toml
 from orchestrator.run.directory_lock import directory_lock
 from orchestrator.run.ending import Ending
 from orchestrator.run.json_lines import all_records, append_record, last_record
+from orchestrator.run.process_record import ProcessRecord
 from orchestrator.run.restart import Restart
+from orchestrator.run.run_files import RunFiles
 from orchestrator.run.versions import Versions
 from protocol.artifact import checksum_if_there, require_place, sync_directory, whole_directory, whole_file
 from protocol.config import RunConfig
-from protocol.config_file import load_resolved_config, plain, require_recorded_files, resolved, same_for
-from protocol.errors import DamagedRecord, InvalidInput
+from protocol.config_file import load_resolved_config, require_recorded_files, same_for
+from protocol.errors import InvalidInput
 from protocol.grid.records import GridEvaluation
-from protocol.messages import Role
 from protocol.records import Evaluation, Progress, Summary
-from protocol.system.process_start import ProcessStart
 from protocol.system.refusal import reason
-from protocol.text import UNDECODABLE, json_of, readable
+from protocol.text import UNDECODABLE, json_of
 from protocol.whole_record import decode_whole, read_whole
 
-RUNS = Path("runs")
-_TIME = "%Y%m%d-%H%M%S"
 LOCK_PATIENCE = 0.5
 """Seconds; `is_busy` of another process holds the lock for less."""
 
 RecordT = TypeVar("RecordT", bound=Struct)
-
-
-class ProcessRecord(Struct, frozen=True, kw_only=True):
-    """A process of the run as it was started: a line of `workers.json`.
-
-    Attributes:
-        address: where it serves; None for the agent, which serves nothing.
-        started: its creation in seconds since 1970, by the wall clock as it was set then; for display.
-        started_at: the same on a clock that is never set, which tells it from a later process with the same id; None in
-            records of older versions.
-        log: its log, relative to the run directory.
-        log_start: the byte there at which its own lines begin.
-    """
-
-    name: str
-    role: Role
-    address: str | None
-    pid: int
-    started: float
-    log: str
-    log_start: int = 0
-    started_at: ProcessStart | None = None
-
-    @property
-    def identity(self) -> tuple[int, ProcessStart | float]:
-        """What identifies the process: its id and its start."""
-        return self.pid, self.started if self.started_at is None else self.started_at
 
 
 class Plan(Struct, frozen=True, kw_only=True):
@@ -80,10 +50,8 @@ class Plan(Struct, frozen=True, kw_only=True):
 DEFAULT_PLAN = Plan()
 
 
-class RunDirectory(Struct, frozen=True):
-    """The files of one run."""
-
-    path: Path
+class RunDirectory(RunFiles, frozen=True):
+    """The content of one run's files."""
 
     @classmethod
     def create(cls, path: Path, config: RunConfig, versions: Versions, plan: Plan = DEFAULT_PLAN) -> "RunDirectory":
@@ -125,66 +93,6 @@ class RunDirectory(Struct, frozen=True):
         if not run.config_path.is_file():
             raise NoSuchRun(f"{path} is no run directory (it has no config.toml)")
         return run
-
-    @property
-    def name(self) -> str:
-        """The directory's name, as text that can be sent."""
-        return readable(self.path.resolve().name)
-
-    @property
-    def config_path(self) -> Path:
-        """The resolved configuration, with every default; every process of the run reads it."""
-        return self.path / "config.toml"
-
-    @property
-    def workers_path(self) -> Path:
-        """The records of the processes that were last started on this run."""
-        return self.path / "workers.json"
-
-    @property
-    def progress_path(self) -> Path:
-        """The agent's progress, one JSON object a line."""
-        return self.path / "progress.jsonl"
-
-    @property
-    def weights_path(self) -> Path:
-        """The weights that the agent learned."""
-        return self.path / "weights.safetensors"
-
-    @property
-    def summary_path(self) -> Path:
-        """The summary of the training, also of one that was stopped."""
-        return self.path / "summary.json"
-
-    @property
-    def restarts_path(self) -> Path:
-        """Each restart of a process, one JSON object a line."""
-        return self.path / "restarts.jsonl"
-
-    @property
-    def evaluation_path(self) -> Path:
-        """The result of the evaluation."""
-        return self.path / "evaluation.json"
-
-    @property
-    def grid_path(self) -> Path:
-        """The details of the evaluation, of a run on the grid."""
-        return self.path / "grid.json"
-
-    @property
-    def ending_path(self) -> Path:
-        """How the last work on the run ended; missing while an orchestrator works on it."""
-        return self.path / "ending.json"
-
-    @property
-    def logs(self) -> Path:
-        """One file of JSON lines for each process."""
-        return self.path / "logs"
-
-    @property
-    def orchestrator_log(self) -> Path:
-        """The orchestrator's own log."""
-        return self.logs / "orchestrator.jsonl"
 
     def config(self) -> RunConfig:
         """The configuration that the run was made with.
@@ -238,7 +146,7 @@ class RunDirectory(Struct, frozen=True):
 
     def evaluation(self) -> Evaluation | None:
         """The last evaluation; None before the first."""
-        return _read(self.evaluation_path, Evaluation, may_lack=("weights", "by"))
+        return _read(self.evaluation_path, Evaluation, may_lack=("weights", "by", "in_metres"))
 
     def grid_evaluation(self) -> GridEvaluation | None:
         """The details of the last evaluation on the grid; None before the first, and in a run with flights."""
@@ -367,39 +275,3 @@ def _read(path: Path, record: type[RecordT], *, may_lack: Collection[str] = ()) 
         return decode_whole(path.read_bytes(), record, may_lack=may_lack)
     except (OSError, *UNDECODABLE):
         return None
-
-
-def resolved_toml(config: RunConfig) -> bytes:
-    """The resolved configuration as TOML: with every setting, and marked as resolved."""
-    return tomli_w.dumps(resolved(config)).encode()
-
-
-def plain_toml(config: RunConfig) -> bytes:
-    """The configuration as TOML for a table's metadata, without the mark."""
-    return tomli_w.dumps(plain(config)).encode()
-
-
-def default_run_path(config_path: Path, now: datetime) -> Path:
-    """`runs/<configuration's name>-<date>-<time>`."""
-    return RUNS / f"{config_path.stem}-{now:{_TIME}}"
-
-
-def newest_run(runs: Path = RUNS) -> RunDirectory:
-    """The run that was made last.
-
-    Raises:
-        NoSuchRun: there is no run in `runs`.
-    """
-    made = [RunDirectory(config.parent) for config in sorted(runs.glob("*/config.toml"))]
-    if not made:
-        raise NoSuchRun(f"there is no run in {runs} yet; start one with 'orchestrator train CONFIG'")
-    return max(made, key=_made)
-
-
-def _made(run: RunDirectory) -> tuple[float, str]:
-    """The sort key of a run by age: the recorded time, then the time in its name, for old runs have that only."""
-    try:
-        made = run.versions().made
-    except DamagedRecord:
-        made = 0.0
-    return made, run.path.name[-len(f"{datetime.min:{_TIME}}") :]

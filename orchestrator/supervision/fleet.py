@@ -9,7 +9,7 @@ from types import TracebackType
 import psutil
 
 from orchestrator.errors import ProcessFailed
-from orchestrator.run.run_directory import ProcessRecord
+from orchestrator.run.process_record import ProcessRecord
 from orchestrator.run.socket_directory import make_private
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT, Launch
 from orchestrator.supervision.worker_process import WorkerProcess

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Protocol
 
-from orchestrator.run.run_directory import ProcessRecord
+from orchestrator.run.process_record import ProcessRecord
 from orchestrator.supervision.hang_detector import ProbeResult
 from orchestrator.supervision.heartbeat import NOT_RUNNING, RUNNING, Health, Heartbeat
 from orchestrator.supervision.registry import Registry

@@ -8,7 +8,7 @@ from types import TracebackType
 import psutil
 from msgspec import Struct
 
-from orchestrator.run.run_directory import ProcessRecord
+from orchestrator.run.process_record import ProcessRecord
 from orchestrator.supervision.process_handle import creation_time, has_ended
 from protocol.client.client import Client
 from protocol.client.pending import Pending

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator, Sequence
 import psutil
 from msgspec import Struct
 
-from orchestrator.run.run_directory import ProcessRecord
+from orchestrator.run.process_record import ProcessRecord
 from orchestrator.supervision.heartbeat import is_alive
 from orchestrator.supervision.launch import Launch
 from protocol.system.process_start import process_start

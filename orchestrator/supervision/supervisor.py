@@ -8,8 +8,8 @@ from types import TracebackType
 from msgspec.structs import replace
 
 from orchestrator.errors import ProcessFailed, RestartsExhausted
+from orchestrator.run.process_record import ProcessRecord
 from orchestrator.run.restart import Restart, count_restarts
-from orchestrator.run.run_directory import ProcessRecord
 from orchestrator.supervision.fleet import Fleet
 from orchestrator.supervision.hang_detector import HangDetector, Verdict
 from orchestrator.supervision.health_probe import AgentProbe, HealthProbe, WorkerProbe, ended

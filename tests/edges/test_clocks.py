@@ -14,7 +14,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from orchestrator.run.run_directory import ProcessRecord, RunDirectory
+from orchestrator.run.process_record import ProcessRecord
+from orchestrator.run.run_directory import RunDirectory
 from orchestrator.supervision.heartbeat import is_alive
 from orchestrator.supervision.process_handle import AdoptedProcess, creation_time
 from protocol.messages import Role

@@ -16,7 +16,8 @@ from agent.checkpointing.resume_fingerprint import fingerprint, require_same
 from agent.errors import OtherConfig
 from orchestrator.experiments.directory import ExperimentDirectory
 from orchestrator.experiments.views import ViewSet
-from orchestrator.run.run_directory import RunDirectory, resolved_toml
+from orchestrator.run.config_toml import resolved_toml
+from orchestrator.run.run_directory import RunDirectory
 from orchestrator.run.versions import collect_versions
 from perception_worker.worker import main as serve_perception
 from protocol.config import RunConfig

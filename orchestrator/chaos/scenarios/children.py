@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator
 
 import psutil
 
-from orchestrator.run.run_directory import ProcessRecord, RunDirectory
+from orchestrator.run.process_record import ProcessRecord
+from orchestrator.run.run_directory import RunDirectory
 from orchestrator.supervision.heartbeat import is_alive
 from protocol.messages import Role
 from protocol.system.process_start import ProcessStart

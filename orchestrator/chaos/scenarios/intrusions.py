@@ -16,7 +16,7 @@ from orchestrator.chaos.scenarios.intruder import (
 from orchestrator.chaos.scenarios.invariants import require_unhurt
 from orchestrator.chaos.scenarios.pings import ping
 from orchestrator.chaos.scenarios.scenario import Scenario
-from orchestrator.run.run_directory import ProcessRecord
+from orchestrator.run.process_record import ProcessRecord
 
 
 class Intrusion(Scenario):

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from orchestrator.chaos.errors import InvariantBroken
-from orchestrator.run.run_directory import ProcessRecord
+from orchestrator.run.process_record import ProcessRecord
 from orchestrator.supervision.heartbeat import is_alive
 
 

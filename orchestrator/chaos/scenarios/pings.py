@@ -2,7 +2,7 @@
 
 from contextlib import closing
 
-from orchestrator.run.run_directory import ProcessRecord
+from orchestrator.run.process_record import ProcessRecord
 from protocol.client.client import Client
 from protocol.errors import VantageError
 from protocol.messages import Ping, Pong, Role

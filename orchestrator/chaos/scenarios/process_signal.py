@@ -6,7 +6,7 @@ from orchestrator.chaos.rehearsed_run import RehearsedRun
 from orchestrator.chaos.scenarios.children import send
 from orchestrator.chaos.scenarios.invariants import require_unhurt
 from orchestrator.chaos.scenarios.scenario import Scenario
-from orchestrator.run.run_directory import ProcessRecord
+from orchestrator.run.process_record import ProcessRecord
 from protocol.messages import Role
 
 

@@ -9,7 +9,7 @@ from orchestrator.chaos.scenarios.children import send
 from orchestrator.chaos.scenarios.invariants import require_unhurt
 from orchestrator.chaos.scenarios.pings import answers
 from orchestrator.chaos.scenarios.scenario import Scenario
-from orchestrator.run.run_directory import ProcessRecord
+from orchestrator.run.process_record import ProcessRecord
 from protocol.messages import Role
 
 TRIES = 3

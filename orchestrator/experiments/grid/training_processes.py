@@ -13,7 +13,8 @@ from orchestrator.errors import ProcessFailed
 from orchestrator.experiments.grid.variants import GridTraining
 from orchestrator.experiments.workers import Rate
 from orchestrator.monitoring.live_display import Display, Snapshot
-from orchestrator.run.run_directory import RunDirectory, plain_toml
+from orchestrator.run.config_toml import plain_toml
+from orchestrator.run.run_directory import RunDirectory
 from orchestrator.supervision.launch import PROCESS_ENVIRONMENT, module_command
 from orchestrator.supervision.process_handle import ChildProcess
 from protocol.artifact import whole_file

@@ -8,7 +8,8 @@ import psutil
 import pytest
 
 from orchestrator.chaos.rehearsed_run import RehearsedRun
-from orchestrator.run.run_directory import ProcessRecord, RunDirectory
+from orchestrator.run.process_record import ProcessRecord
+from orchestrator.run.run_directory import RunDirectory
 from protocol.config import RunConfig, TimeoutsConfig
 from protocol.failpoint import Failpoints
 from protocol.messages import Role

@@ -4,7 +4,8 @@ import pytest
 from orchestrator.chaos.control_run import control_run, identity
 from orchestrator.chaos.errors import RehearsalFailed
 from orchestrator.errors import RunBusy
-from orchestrator.run.run_directory import RunDirectory, resolved_toml
+from orchestrator.run.config_toml import resolved_toml
+from orchestrator.run.run_directory import RunDirectory
 from protocol.config import RunConfig
 from protocol.errors import Interrupted
 from protocol.records import Phase, Progress, Summary

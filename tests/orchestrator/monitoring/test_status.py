@@ -7,8 +7,8 @@ from rich.console import Console
 
 from orchestrator.monitoring.status import moment, run_status, status_view
 from orchestrator.run.ending import Ending
+from orchestrator.run.process_record import ProcessRecord
 from orchestrator.run.restart import Restart
-from orchestrator.run.run_directory import ProcessRecord
 from orchestrator.supervision.worker_process import WorkerProcess
 from protocol.artifact import sha256
 from protocol.records import Evaluation, Interval, PolicyScore, Progress, Summary

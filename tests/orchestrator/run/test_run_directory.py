@@ -1,26 +1,15 @@
 import os
 import stat
-from datetime import datetime
-from pathlib import Path
 
 import msgspec
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from msgspec.structs import replace
 
 from orchestrator.errors import NoSuchRun, RunBusy, RunError, RunExists
+from orchestrator.run.process_record import ProcessRecord
 from orchestrator.run.restart import Restart
-from orchestrator.run.run_directory import (
-    Plan,
-    ProcessRecord,
-    RunDirectory,
-    default_run_path,
-    newest_run,
-    resolved_toml,
-)
+from orchestrator.run.run_directory import Plan, RunDirectory
 from protocol.artifact import sha256
-from protocol.config import EvaluationConfig, PerceptionConfig, RunConfig, TrainingConfig
+from protocol.config import RunConfig
 from protocol.errors import InvalidConfig
 from protocol.messages import Role
 from protocol.records import Evaluation, Phase, Progress, Summary
@@ -34,33 +23,6 @@ def progress(step: int, phase: Phase = "training") -> bytes:
 def test_a_new_run_has_its_configuration_its_versions_and_a_place_for_logs(run):
     assert sorted(path.name for path in run.path.iterdir()) == ["config.toml", "logs", "plan.json", "versions.json"]
     assert msgspec.json.decode((run.path / "versions.json").read_bytes())["environment"] == {"OMP_NUM_THREADS": "1"}
-
-
-@given(
-    seed=st.integers(0, 2**31 - 1),
-    steps=st.integers(1, 10**6),
-    network=st.none()
-    | st.text(st.characters(codec="utf-8", exclude_categories=("Cs", "Cc")), min_size=1).map(
-        lambda name: f"/models/{name}"
-    ),
-    baselines=st.sets(st.sampled_from(["stay", "random", "circle", "front"])),
-)
-def test_a_resolved_configuration_reads_back_as_it_was(tmp_path_factory, seed, steps, network, baselines):
-    config = RunConfig(
-        seed=seed,
-        perception=PerceptionConfig(network=network),
-        training=TrainingConfig(steps=steps),
-        evaluation=EvaluationConfig(baselines=tuple(baselines)),
-    )
-    path = tmp_path_factory.mktemp("config")
-    (path / "config.toml").write_bytes(resolved_toml(config))
-    assert RunDirectory(path).config() == config
-
-
-def test_a_resolved_configuration_has_every_default_written_out():
-    text = resolved_toml(RunConfig()).decode()
-    assert "[environment.camera]" in text
-    assert "horizontal_fov = 70.0" in text
 
 
 def test_an_existing_run_is_refused_and_stays_as_it_was(run, versions):
@@ -90,30 +52,6 @@ def test_a_damaged_configuration_of_a_run_is_named(run):
     run.config_path.write_text(run.config_path.read_text().replace("prefill_noise", "prefill_nois"))
     with pytest.raises(InvalidConfig, match=r"config\.toml is damaged: it lacks training\.prefill_noise"):
         run.config()
-
-
-def test_the_newest_run_is_the_one_that_was_made_last_whenever_its_files_were_written(tmp_path, versions):
-    for name, made in (("b", 20.0), ("a", 30.0), ("c", 0.0)):
-        RunDirectory.create(tmp_path / name, RunConfig(), replace(versions, made=made))
-        os.utime(tmp_path / name / "config.toml", (100.0 - made, 100.0 - made))
-    assert newest_run(tmp_path).path == tmp_path / "a"
-
-
-def test_of_runs_that_do_not_say_when_they_were_made_the_last_by_name_is_taken(tmp_path, versions):
-    for name in ("full-20261121-080000", "full-20261122-080000", "full-20261120-080000"):
-        RunDirectory.create(tmp_path / name, RunConfig(), replace(versions, made=0.0))
-    assert newest_run(tmp_path).name == "full-20261122-080000"
-
-
-def test_without_runs_there_is_no_newest_one(tmp_path):
-    with pytest.raises(NoSuchRun, match="orchestrator train"):
-        newest_run(tmp_path / "runs")
-
-
-def test_a_run_is_named_after_its_configuration_and_the_time():
-    assert default_run_path(Path("configs/full.toml"), datetime(2026, 11, 22, 9, 5, 7)) == Path(
-        "runs/full-20261122-090507"
-    )
 
 
 def test_progress_is_the_last_whole_line(run):
@@ -187,6 +125,14 @@ def test_an_evaluation_that_names_no_weights_counts_if_an_agent_flew_one_last(ru
     run.evaluation_path.write_bytes(evaluation())
     run.progress_path.write_bytes(progress(1, phase) + b"\n")
     assert run.is_evaluated() == counts
+
+
+def test_an_evaluation_of_a_version_that_knew_no_metres_is_read(run):
+    old = Evaluation(first_seed=1, success_threshold=1.6, scores=(), weights="0" * 64, by="one")
+    record = msgspec.to_builtins(old)
+    del record["in_metres"]
+    run.evaluation_path.write_bytes(msgspec.json.encode(record))
+    assert run.evaluation() == old
 
 
 def test_an_evaluation_that_was_there_before_is_not_taken_for_a_new_one(run):

@@ -4,7 +4,7 @@ import signal
 import psutil
 import pytest
 
-from orchestrator.run.run_directory import ProcessRecord
+from orchestrator.run.process_record import ProcessRecord
 from orchestrator.supervision.heartbeat import Heartbeat, is_alive
 from orchestrator.supervision.worker_process import WorkerProcess
 from protocol import Pool

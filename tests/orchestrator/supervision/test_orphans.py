@@ -3,7 +3,7 @@ import os
 import psutil
 import pytest
 
-from orchestrator.run.run_directory import ProcessRecord
+from orchestrator.run.process_record import ProcessRecord
 from orchestrator.supervision.launch import Launch
 from orchestrator.supervision.orphans import Orphans
 from orchestrator.supervision.worker_process import WorkerProcess

@@ -4,7 +4,7 @@ import sys
 import psutil
 import pytest
 
-from orchestrator.run.run_directory import ProcessRecord
+from orchestrator.run.process_record import ProcessRecord
 from orchestrator.supervision.heartbeat import is_alive
 from orchestrator.supervision.process_handle import AdoptedProcess, has_ended
 from protocol.messages import Role

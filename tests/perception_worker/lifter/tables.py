@@ -6,7 +6,7 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from orchestrator.lifter.table import table_of
-from orchestrator.run.run_directory import plain_toml
+from orchestrator.run.config_toml import plain_toml
 from protocol.camera import Camera, CameraPose, project
 from protocol.config import RunConfig
 from tests.perception_worker.lifter.bodies import INTRINSICS, joints

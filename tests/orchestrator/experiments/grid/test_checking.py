@@ -15,7 +15,7 @@ from orchestrator.experiments.grid.observing import GridObserver
 from orchestrator.experiments.grid.views import GridViews
 from orchestrator.experiments.views_directory import what_counts
 from orchestrator.experiments.workers import Rate
-from orchestrator.run.run_directory import plain_toml
+from orchestrator.run.config_toml import plain_toml
 from protocol.config import PerceptionConfig, RunConfig
 from protocol.errors import InvalidInput
 from protocol.grid.table import SHARES, GridRecipe, StoredGridTable, stored_place
